@@ -1,0 +1,141 @@
+"""What a run hands to those who write, judge and draw it: plain frozen data, all in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from contactfem.case import Case
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+class Status(IntEnum):
+    """What a nonmortar node does; `NONE` carries no multiplier (its motion is prescribed)."""
+
+    NONE = -1
+    OPEN = 0
+    STICK = 1
+    SLIP = 2
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """One accepted step, with scalars that are the same on all ranks.
+
+    Attributes:
+        step: number of the step, from 1.
+        t: time at the end of the step [s].
+        dt: length of the step [s].
+        iterations: Newton iterations of the solve that was accepted.
+        cutbacks: how often the step was halved before it was accepted.
+        residuals: scaled residual norm before each iteration and after the last [-].
+        open: nonmortar nodes without contact, over all interfaces.
+        stick: nonmortar nodes that stick.
+        slip: nonmortar nodes that slip (all active ones where there is no friction).
+        forces: resultant (Fx, Fy) on the mortar side, per interface [N/m].
+        dissipation: frictional work of the step [J/m].
+        wall: wall-clock time of the step, failed attempts included [s].
+    """
+
+    step: int
+    t: float
+    dt: float
+    iterations: int
+    cutbacks: int
+    residuals: tuple[float, ...]
+    open: int
+    stick: int
+    slip: int
+    forces: dict[str, tuple[float, float]]
+    dissipation: float
+    wall: float
+
+
+@dataclass(frozen=True)
+class InterfaceTable:
+    """State of one interface along its nonmortar surface, nodes ordered by arc length.
+
+    Attributes:
+        name: name of the interface.
+        X: reference positions (n, 2) [m].
+        x: current positions (n, 2) [m].
+        arc: arc length along the current surface (n,) [m].
+        gap: weighted gap divided by cover, open > 0 (n,) [m].
+        pressure: normal multiplier, compression > 0 (n,) [Pa].
+        traction: tangential multiplier on the mortar side along (n_y, -n_x) (n,) [Pa].
+        slip: accumulated slip of nonmortar relative to mortar (n,) [m].
+        status: values of `Status` (n,).
+        cover: share of the node's facets that faces the mortar side (n,) [-].
+        facet_length: half the length of the facets at the node, summed (n,) [m].
+        mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
+        mortar_pressure: pressure seen from the mortar side (k,) [Pa].
+    """
+
+    name: str
+    X: FloatArray
+    x: FloatArray
+    arc: FloatArray
+    gap: FloatArray
+    pressure: FloatArray
+    traction: FloatArray
+    slip: FloatArray
+    status: npt.NDArray[np.int8]
+    cover: FloatArray
+    facet_length: FloatArray
+    mortar_x: FloatArray
+    mortar_pressure: FloatArray
+
+
+@dataclass(frozen=True)
+class BodyPicture:
+    """One body gathered on rank 0, for figures and extremes.
+
+    Attributes:
+        name: name of the body.
+        points: reference positions (n, dim) [m].
+        cells: vertices of the cells (m, nv), dolfinx order (tensor order of quadrilaterals).
+        displacement: nodal displacement (n, dim) [m].
+        fields: nodal fields; "stress" (n, 6) is Cauchy stress xx, yy, zz, xy, yz, xz [Pa].
+    """
+
+    name: str
+    points: FloatArray
+    cells: IntArray
+    displacement: FloatArray
+    fields: dict[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """Everything a run found out.
+
+    Attributes:
+        case: the case that was run.
+        steps: accepted steps in order.
+        interfaces: interfaces at the end.
+        bodies: bodies at the end (rank 0; empty elsewhere).
+        reactions: force of each held surface or grip at the end, by its name [N/m].
+        probes: values at the probes, by name [SI].
+        timings: seconds per phase; a dot makes a part of a phase ("contact.search") [s].
+        sizes: numbers of unknowns, cells, nodes, ranks, by name.
+        converged: whether the end time was reached.
+        message: why it was not, else empty.
+    """
+
+    case: Case
+    steps: tuple[StepReport, ...]
+    interfaces: tuple[InterfaceTable, ...]
+    bodies: tuple[BodyPicture, ...]
+    reactions: dict[str, tuple[float, ...]]
+    probes: dict[str, float]
+    timings: dict[str, float]
+    sizes: dict[str, int]
+    converged: bool
+    message: str
