@@ -1,0 +1,13 @@
+"""Packages and compiled kernels; everything else about contactfem is in pyproject.toml."""
+
+from setuptools import find_packages, setup
+
+setup(
+    packages=[
+        *find_packages(include=["contactfem", "contactfem.*"]),
+        "contactfem.forms",
+        "contactfem.meshes",
+    ],
+    package_dir={"contactfem.forms": "forms", "contactfem.meshes": "meshes"},
+    cffi_modules=["contactfem/kernels/build.py:ffi"],
+)
