@@ -1,0 +1,206 @@
+"""Quantities of a case file as types: read from "35 N/mm^2", kept as SI floats.
+
+A model validated with the context `STRICT` (every case file is) takes strings with units only;
+models made in Python also take plain numbers, as SI.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from contactfem.dimensions import DIMENSIONS, UnitError, dimension, split, unit
+from contactfem.tables import Table, constant
+
+STRICT: Mapping[str, Any] = {"strict_units": True}
+
+EXAMPLES = {
+    "m": "10 mm",
+    "s": "0.5 s",
+    "K": "20 K",
+    "Pa": "210 GPa",
+    "N": "3.5 kN",
+    "N/m": "35 kN/m",
+    "N/m^3": "78 kN/m^3",
+    "1/K": "1.2e-5 1/K",
+    "kg/m^3": "7850 kg/m^3",
+    "W/m/K": "45 W/m/K",
+    "J/kg/K": "460 J/kg/K",
+}
+
+
+def si(text: str, symbol: str) -> float:
+    """Read a quantity.
+
+    Args:
+        text: number and unit, such as "35 N/mm^2".
+        symbol: SI unit of what is expected, such as "Pa".
+
+    Returns:
+        The value [symbol].
+
+    Raises:
+        UnitError: not a quantity, or one of another dimension.
+    """
+    number, rest = split(text)
+    if symbol and not rest:
+        raise UnitError("has no unit")
+    found, expected = unit(rest), unit(symbol)
+    if found.exponents != expected.exponents:
+        raise UnitError(f"is a {dimension(found.exponents)}, not a {dimension(expected.exponents)}")
+    value = number * found.factor
+    if not math.isfinite(value):
+        raise UnitError("is too large a number")
+    return value
+
+
+def _allowed(symbol: str) -> str:
+    name = DIMENSIONS.get(symbol, f"quantity in {symbol}")
+    article = "an" if name[0] in "aeiou" else "a"
+    return f"{article} {name} such as '{EXAMPLES.get(symbol, f'1 {symbol}')}'"
+
+
+def _wrong(why: str, allowed: str) -> PydanticCustomError:
+    return PydanticCustomError("quantity", "{why}; give {allowed}", {"why": why, "allowed": allowed})
+
+
+def _read(value: object, symbol: str, info: ValidationInfo) -> float:
+    """One quantity from a case file or from Python.
+
+    Raises:
+        PydanticCustomError: with what is wrong and what is allowed.
+    """
+    strict = bool((info.context or {}).get("strict_units"))
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if isinstance(value, str):
+        try:
+            return si(value, symbol)
+        except UnitError as error:
+            raise _wrong(str(error), _allowed(symbol)) from None
+    if not number or (strict and symbol):
+        raise _wrong("has no unit" if number else "is not a quantity", _allowed(symbol))
+    if not math.isfinite(float(value)):  # type: ignore[arg-type]
+        raise _wrong("is not finite", _allowed(symbol))
+    return float(value)  # type: ignore[arg-type]
+
+
+def _string(symbol: str) -> dict[str, Any]:
+    return {"type": "string", "examples": [EXAMPLES.get(symbol, f"1 {symbol}")]}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a float that is read from a number with a unit of the dimension of `symbol`."""
+
+    symbol: str
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Read before the float is checked, so that limits act on the SI value."""
+        return core_schema.with_info_before_validator_function(
+            lambda value, info: _read(value, self.symbol, info), handler(source)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Editors see a string, with an example."""
+        return {**_string(self.symbol), "description": _allowed(self.symbol)}
+
+
+@dataclass(frozen=True)
+class AnyQuantity:
+    """Marks a float that is read from a number, or from a string with a unit of any dimension."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Read strings; leave plain numbers alone."""
+        return core_schema.no_info_before_validator_function(self._value, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Editors see a number or a string."""
+        return {"anyOf": [{"type": "number"}, {"type": "string", "examples": ["10 mm"]}]}
+
+    def _value(self, value: object) -> object:
+        allowed = "a finite number, or one with a unit such as '10 mm'"
+        if isinstance(value, str):
+            try:
+                number, rest = split(value)
+                value = number * unit(rest).factor
+            except UnitError as error:
+                raise _wrong(str(error), allowed) from None
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise _wrong("is not a number", allowed)
+        if not math.isfinite(value):
+            raise _wrong("is not finite", allowed)
+        return value
+
+
+@dataclass(frozen=True)
+class TableOf:
+    """Marks a `Table` whose values have the dimension of `symbol`."""
+
+    symbol: str
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Read a constant or rows of time and value."""
+        return core_schema.with_info_plain_validator_function(self._table)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Editors see a quantity, or rows [time, quantity]."""
+        value = _string(self.symbol)
+        pair = {"type": "array", "prefixItems": [_string("s"), value], "minItems": 2, "maxItems": 2}
+        return {"anyOf": [value, {"type": "array", "items": pair, "minItems": 2}]}
+
+    def _table(self, value: object, info: ValidationInfo) -> Table:
+        if isinstance(value, Table):
+            return value
+        if not isinstance(value, list | tuple):
+            return constant(_read(value, self.symbol, info))
+        rows = _rows(value, self.symbol)
+        times = tuple(_read(row[0], "s", info) for row in rows)
+        for before, after in zip(times, times[1:], strict=False):
+            if not before < after:
+                why = f"times are out of order: {after:g} s follows {before:g} s"
+                raise _wrong(why, "ascending times")
+        return Table(times, tuple(_read(row[1], self.symbol, info) for row in rows))
+
+
+def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
+    rows = [row for row in value if isinstance(row, list | tuple) and len(row) == 2]
+    if len(rows) != len(value) or len(rows) < 2:
+        example = EXAMPLES.get(symbol, f"1 {symbol}")
+        raise _wrong(
+            "is not a table",
+            f"{_allowed(symbol)}, or at least two rows [[\"0 s\", \"{example}\"], ...]",
+        )
+    return rows
+
+
+Length = Annotated[float, Quantity("m")]
+Duration = Annotated[float, Quantity("s")]
+Pressure = Annotated[float, Quantity("Pa")]
+Temperature = Annotated[float, Quantity("K")]
+ForcePerLength = Annotated[float, Quantity("N/m")]
+Expansion = Annotated[float, Quantity("1/K")]
+Density = Annotated[float, Quantity("kg/m^3")]
+Conductivity = Annotated[float, Quantity("W/m/K")]
+HeatCapacity = Annotated[float, Quantity("J/kg/K")]
+Number = Annotated[float, AnyQuantity()]
+
+LengthTable = Annotated[Table, TableOf("m")]
+PressureTable = Annotated[Table, TableOf("Pa")]
+TemperatureTable = Annotated[Table, TableOf("K")]
+BodyForceTable = Annotated[Table, TableOf("N/m^3")]
+LineForceTable = Annotated[Table, TableOf("N/m")]
