@@ -1,0 +1,269 @@
+"""Contact of one interface: conditions at the nonmortar nodes, forces, and their exact tangent."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from contactfem.laws import Status, coulomb, rim_compliance, trial_pressure
+from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
+from contactfem.segments import cut, find_pairs
+from contactfem.surfaces import (
+    Bools,
+    Floats,
+    InterfaceMesh,
+    Ints,
+    NormalField,
+    facet_lengths,
+    nodal_normals,
+)
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Numbers of the laws of one interface.
+
+    Attributes:
+        friction_coefficient: μ [-], 0 without friction.
+        c: Scale between gap and pressure [Pa/m], shape (n_nonmortar,).
+        c_n: Factor on c in the trial pressure [-].
+        c_t: Factor on c in the trial traction [-].
+        stiffness: Softer Young's modulus of the two sides [Pa].
+        search_radius: How far apart the surfaces look for each other [m].
+    """
+
+    friction_coefficient: float
+    c: Floats
+    c_n: float
+    c_t: float
+    stiffness: float
+    search_radius: float
+
+
+@dataclass(frozen=True)
+class History:
+    """Operators at the start of the step, D⁰ (n,) [m] and M⁰ (n, n_nodes) [m]."""
+
+    D: Floats
+    M: sp.csr_matrix
+
+
+@dataclass(frozen=True)
+class Operators:
+    """Mortar operators at one configuration, the same on all ranks.
+
+    Attributes:
+        x: Positions [m], (n_nodes, 2).
+        normals: Normal field of the nonmortar side.
+        D: D_jj [m], (n,).
+        M: M_jl [m], (n, n_nodes).
+        gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
+        full: D_jj of wholly covered facets [m], (n,).
+        full_derivative: d full / dx [-], (n, 2 n_nodes).
+        pairs: This rank's candidate facet pairs, (p, 2).
+    """
+
+    x: Floats
+    normals: NormalField
+    D: Floats
+    M: sp.csr_matrix
+    gap: Floats
+    full: Floats
+    full_derivative: sp.csr_matrix
+    pairs: Ints
+
+    @property
+    def cover(self) -> Floats:
+        """Covered share f of each node's facets [-]."""
+        return self.D / self.full
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Contact conditions at one state, the same on all ranks; n nonmortar nodes.
+
+    Attributes:
+        operators: Where they were evaluated.
+        history: Operators at the start of the step.
+        multiplier: λ_j, zero where open [Pa], (n, 2).
+        pressure: p_j [Pa], (n,).
+        traction: t_j [Pa], (n,).
+        slip: Slip increment of the step [m], (n,).
+        status: `Status` of each node, (n,).
+        direction: Slip direction (-1, 0, 1), (n,).
+        rim: Neighbour that the rim rule ties to, itself where it does not act, (n,).
+        kappa: Rim compliance [m/Pa], (n,).
+        kappa_slope: dκ/df [m/Pa], (n,).
+        normal_row: Residual of the normal condition [m], (n,).
+        tangential_row: Residual of the tangential condition: stick [m], slip [Pa], (n,).
+    """
+
+    operators: Operators
+    history: History
+    multiplier: Floats
+    pressure: Floats
+    traction: Floats
+    slip: Floats
+    status: NDArray[np.int8]
+    direction: Floats
+    rim: Ints
+    kappa: Floats
+    kappa_slope: Floats
+    normal_row: Floats
+    tangential_row: Floats
+
+    @property
+    def active(self) -> Bools:
+        """Nodes in contact, (n,)."""
+        return np.asarray(self.status > Status.OPEN)
+
+    def nodal_forces(self) -> Floats:
+        """Forces of the multiplier on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j) [N/m], (n_nodes, 2)."""
+        force = -(self.operators.M.T @ self.multiplier)
+        force[: len(self.multiplier)] += self.operators.D[:, None] * self.multiplier
+        return np.asarray(force)
+
+
+class Contact:
+    """One interface: evaluates the contact conditions and their tangent.
+
+    Args:
+        comm: Ranks that share the work.
+        mesh: The two surfaces.
+        law: Numbers of the laws.
+    """
+
+    def __init__(self, comm: MPI.Comm, mesh: InterfaceMesh, law: ContactLaw) -> None:
+        self.comm = comm
+        self.mesh = mesh
+        self.law = law
+        k = len(mesh.nonmortar)
+        self.my_facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
+
+    def operators(self, x: Floats) -> Operators:
+        """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
+        mesh, n = self.mesh, self.mesh.n_nonmortar
+        normals = nodal_normals(mesh, x)
+        pairs = find_pairs(mesh, x, normals.n, self.my_facets, self.law.search_radius)
+        mine = assemble(mesh, x, cut(mesh, x, normals.n, pairs, differentiate=False), normals)
+        row, col, value = (
+            np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
+            for part in (mine.row, mine.col, mine.value)
+        )
+        D = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n)
+        weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
+        at = col >= 0
+        M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
+        gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
+        full, full_derivative = facet_lengths(mesh, x)
+        return Operators(x, normals, D, M, gap, full, full_derivative, pairs)
+
+    def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
+        """Status of every node from its trial state, and the residuals of the conditions.
+
+        Args:
+            operators: At the current positions.
+            multiplier: λ_j of every node as equilibrium gives it [Pa], (n_nonmortar, 2).
+            history: Operators at the start of the step.
+
+        Returns:
+            The conditions.
+        """
+        law, n = self.law, operators.normals.n
+        p = np.einsum("ji,ji->j", multiplier, n)
+        t = np.einsum("ji,ji->j", multiplier, operators.normals.tangent)
+        rim, kappa, slope = self._rim(operators)
+        gap = np.where(np.isfinite(operators.gap), operators.gap, 0.0)
+        slip, seen = self._slip(operators, history)
+        c_n, c_t = law.c_n * law.c, law.c_t * law.c
+        p_trial = trial_pressure(p, p[rim], gap, c_n, kappa)
+        p_trial[~np.isfinite(operators.gap)] = 0.0
+        trial = coulomb(p_trial, t, t[rim], slip, c_t, kappa, law.friction_coefficient)
+        status = np.where(self.mesh.carries, trial.status, Status.NONE).astype(np.int8)
+        return self._rows(
+            operators, history, multiplier, slip, seen, status, trial.direction, (rim, kappa, slope)
+        )
+
+    def imposed(
+        self, operators: Operators, multiplier: Floats, history: History, stick: Bools
+    ) -> Conditions:
+        """As `conditions`, with the given nodes sticking and all others open.
+
+        Args:
+            operators: At the current positions.
+            multiplier: λ_j [Pa], (n_nonmortar, 2).
+            history: Operators at the start of the step.
+            stick: Nodes that stick, (n_nonmortar,).
+
+        Returns:
+            The conditions.
+        """
+        slip, seen = self._slip(operators, history)
+        status = np.where(stick & (operators.D > 0.0), Status.STICK, Status.OPEN)
+        status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
+        return self._rows(
+            operators, history, multiplier, slip, seen, status, np.zeros(len(slip)),
+            self._rim(operators),
+        )  # fmt: skip
+
+    def _rows(
+        self,
+        operators: Operators,
+        history: History,
+        multiplier: Floats,
+        slip: Floats,
+        seen: Bools,
+        status: NDArray[np.int8],
+        direction: Floats,
+        rim_rule: tuple[Ints, Floats, Floats],
+    ) -> Conditions:
+        """Residuals of the conditions that belong to a status."""
+        rim, kappa, slope = rim_rule
+        # A node that was not covered before this step has no slip: it follows its neighbour.
+        new = (status > Status.OPEN) & ~seen
+        status = np.where(new, Status.SLIP, status).astype(np.int8)
+        direction = np.where(new, direction[rim], direction)
+        active = status > Status.OPEN
+        multiplier = np.where(active[:, None], multiplier, 0.0)
+        p = np.einsum("ji,ji->j", multiplier, operators.normals.n)
+        t = np.einsum("ji,ji->j", multiplier, operators.normals.tangent)
+        gap = np.where(active, operators.gap, 0.0)
+        stick_row = slip - kappa * (t - t[rim])
+        slip_row = t - self.law.friction_coefficient * direction * p
+        return Conditions(
+            operators, history, multiplier, p, t, np.where(active, slip, 0.0), status, direction,
+            rim, kappa, slope, np.where(active, gap + kappa * (p - p[rim]), 0.0),
+            np.where(active, np.where(status == Status.STICK, stick_row, slip_row), 0.0),
+        )  # fmt: skip
+
+    def _rim(self, operators: Operators) -> tuple[Ints, Floats, Floats]:
+        """Rim rule: the better covered neighbour of every node, κ and dκ/df."""
+        kappa, slope = rim_compliance(operators.cover, self.law.c)
+        own = np.arange(self.mesh.n_nonmortar)
+        nodes = np.where(self.mesh.neighbours < 0, own[:, None], self.mesh.neighbours)
+        cover = np.where(self.mesh.carries, operators.cover, -1.0)[nodes]
+        cover[nodes == own[:, None]] = -1.0
+        best = np.argmax(cover, 1)
+        acts = (kappa > 0.0) & (cover[own, best] > 0.0) & self.mesh.carries
+        return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
+
+    def _slip(self, operators: Operators, history: History) -> tuple[Floats, Bools]:
+        """Objective slip increment s_j = τ_j·w_j / D_jj⁰ [m], and where it is defined."""
+        w = relative_motion(operators, history)
+        along = np.einsum("ji,ji->j", operators.normals.tangent, w)
+        seen = history.D > 0.0
+        return np.divide(along, history.D, out=np.zeros(len(along)), where=seen), seen
+
+
+def relative_motion(operators: Operators, history: History) -> Floats:
+    """w_j = -[(D_jj - D⁰_jj) x_j - Σ_l (M_jl - M⁰_jl) x_l] [m²], (n, 2).
+
+    Computed with positions relative to x_j (Σ_l M_jl = D_jj), so that it does not see the origin.
+    """
+    change = (operators.M - history.M).tocoo()
+    reach = operators.x[change.col] - operators.x[change.row]
+    w = np.zeros((operators.M.shape[0], 2))
+    np.add.at(w, change.row, change.data[:, None] * reach)
+    return w

@@ -1,0 +1,35 @@
+/* Plain C interface of the contact kernels; every array is C-ordered, lengths in m.
+ *
+ * Nodes of both surfaces are numbered together: x[2*i], x[2*i+1] is the current position of node i.
+ * A facet is a pair of node numbers (a, b); the outward normal of its body is (dy, -dx) of b - a.
+ * Normals are nodal unit normals, outward from the nonmortar side, one for every node (only those of
+ * nonmortar nodes are read). All functions return a count or 0, and a negative number on bad input.
+ */
+#ifndef CONTACTFEM_KERNELS_H
+#define CONTACTFEM_KERNELS_H
+#include <stdint.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Candidate pairs: facets that face each other and whose boxes, the nonmortar one swept by +-radius
+ * along its normals, meet. Writes at most `capacity` pairs (nonmortar facet, mortar facet), ordered by
+ * nonmortar facet, then mortar facet; returns how many there are (call again if more than capacity). */
+int64_t cf_pairs(const double *x, const double *normals, int64_t n_nonmortar, const int64_t *nonmortar,
+                 int64_t n_mortar, const int64_t *mortar, double radius, int64_t capacity,
+                 int64_t *pairs);
+
+/* The segment of every pair: range[2*s], range[2*s+1] is its interval of the facet coordinate xi in
+ * [-1, 1] (empty: both 0). integrals[7*s + i], over the segment with N the nonmortar shape functions:
+ *   0: N1 N1   1: N1 N2   2: N2 N2   3: N1 zeta   4: N2 zeta   5: N1 g   6: N2 g
+ * with zeta in [0, 1] the mortar facet coordinate of the projection and g the gap [m].
+ * distance[s] is the mean |g|. derivatives, if not NULL, is (pairs, 7, 12): with respect to the
+ * positions of a and b, the normals at a and b, and the positions of the mortar nodes c and d. */
+int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
+                    const int64_t *mortar, int64_t n_pairs, const int64_t *pairs, double *range,
+                    double *integrals, double *distance, double *derivatives);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,172 @@
+// Segments of a two-dimensional interface and the integrals over them (paper 1.4, Figure 2).
+#include "dual.hpp"
+#include "kernels.h"
+#include <algorithm>
+#include <cstddef>
+
+namespace {
+
+constexpr int n_inputs = 12;
+constexpr int n_integrals = 7;
+// Three points: exact on straight facets with a constant normal (two would do), and to sixth order
+// in the turn of the normal along the facet.
+constexpr int n_points = 3;
+constexpr double gauss_x[n_points] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
+constexpr double gauss_w[n_points] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+
+template <typename T> struct Point {
+  T x, y;
+};
+template <typename T> Point<T> operator-(const Point<T> &p, const Point<T> &q) {
+  return {p.x - q.x, p.y - q.y};
+}
+template <typename T> T dot(const Point<T> &p, const Point<T> &q) { return p.x * q.x + p.y * q.y; }
+template <typename T> T cross(const Point<T> &p, const Point<T> &q) {
+  return p.x * q.y - p.y * q.x;
+}
+// Linear interpolation on a facet, xi in [-1, 1].
+template <typename T> Point<T> at(const Point<T> &a, const Point<T> &b, const T &xi) {
+  const T n1 = 0.5 * (1.0 - xi), n2 = 0.5 * (1.0 + xi);
+  return {n1 * a.x + n2 * b.x, n1 * a.y + n2 * b.y};
+}
+
+template <typename T> struct Pair {
+  Point<T> a, b, na, nb, c, d;
+};
+
+// One Newton step for the facet coordinate whose normal passes through c: (x(xi) - c) x n(xi) = 0.
+template <typename T> T project_step(const Pair<T> &s, const Point<T> &c, const T &xi) {
+  const Point<T> r = at(s.a, s.b, xi) - c, n = at(s.na, s.nb, xi);
+  const Point<T> half_edge{0.5 * (s.b.x - s.a.x), 0.5 * (s.b.y - s.a.y)};
+  const Point<T> half_turn{0.5 * (s.nb.x - s.na.x), 0.5 * (s.nb.y - s.na.y)};
+  return xi - cross(r, n) / (cross(half_edge, n) + cross(r, half_turn));
+}
+
+// Projection of c onto the nonmortar facet along the interpolated normal; false if there is none.
+bool project(const Pair<double> &s, const Point<double> &c, double *xi) {
+  const Point<double> edge = s.b - s.a;
+  double z = 2.0 * dot(c - s.a, edge) / dot(edge, edge) - 1.0;
+  for (int k = 0; k < 30; ++k) {
+    const double next = project_step(s, c, z);
+    if (!std::isfinite(next) || std::abs(next) > 1e8)
+      return false;
+    const double change = std::abs(next - z);
+    z = next;
+    if (change <= 1e-15 * (1.0 + std::abs(z))) {
+      *xi = z;
+      return true;
+    }
+    if (k > 5 && change <= 1e-13 * (1.0 + std::abs(z))) { // round-off far from the origin
+      *xi = z;
+      return true;
+    }
+  }
+  return false;
+}
+
+// The last Newton step, repeated with live derivatives, is the implicit function theorem.
+double live(const Pair<double> &, const Point<double> &, double xi) { return xi; }
+template <int N> Dual<N> live(const Pair<Dual<N>> &s, const Point<Dual<N>> &c, double xi) {
+  Dual<N> r = project_step(s, c, Dual<N>(xi));
+  r.v = xi; // keep the value of both instantiations the same to the last bit
+  return r;
+}
+
+// Interval of the facet that the mortar facet covers: clipping at +-1 is the projection of the
+// nonmortar end nodes along their own normals.
+template <typename T>
+bool covered(const Pair<T> &s, const Pair<double> &plain_pair, T *lo, T *hi) {
+  double xc = 0.0, xd = 0.0;
+  if (!project(plain_pair, plain_pair.c, &xc) || !project(plain_pair, plain_pair.d, &xd))
+    return false;
+  if (xd >= xc) // seen along the normals the mortar facet runs against the nonmortar one
+    return false;
+  if (xd >= 1.0 || xc <= -1.0)
+    return false;
+  *lo = xd > -1.0 ? live(s, s.d, xd) : T(-1.0);
+  *hi = xc < 1.0 ? live(s, s.c, xc) : T(1.0);
+  return value(*hi) > value(*lo);
+}
+
+template <typename T> void integrate(const Pair<T> &s, const T &lo, const T &hi, T *q, double *distance) {
+  using std::sqrt;
+  const Point<T> edge = s.b - s.a, mortar_edge = s.d - s.c;
+  const T scale = 0.5 * (hi - lo) * (0.5 * sqrt(dot(edge, edge)));
+  double weight = 0.0, mean = 0.0;
+  for (int g = 0; g < n_points; ++g) {
+    const T xi = 0.5 * (1.0 - gauss_x[g]) * lo + 0.5 * (1.0 + gauss_x[g]) * hi;
+    const T w = gauss_w[g] * scale;
+    const Point<T> x = at(s.a, s.b, xi), n = at(s.na, s.nb, xi);
+    const T zeta = cross(x - s.c, n) / cross(mortar_edge, n);
+    const Point<T> xm{s.c.x + zeta * mortar_edge.x, s.c.y + zeta * mortar_edge.y};
+    const T gap = dot(xm - x, n) / sqrt(dot(n, n)); // (2)
+    const T w1 = w * (0.5 * (1.0 - xi)), w2 = w * (0.5 * (1.0 + xi));
+    const T n1 = 0.5 * (1.0 - xi), n2 = 0.5 * (1.0 + xi);
+    const T add[n_integrals] = {w1 * n1,   w1 * n2,   w2 * n2, w1 * zeta,
+                                w2 * zeta, w1 * gap, w2 * gap};
+    for (int i = 0; i < n_integrals; ++i)
+      q[i] = q[i] + add[i];
+    weight += value(w);
+    mean += value(w) * std::abs(value(gap));
+  }
+  *distance = weight > 0.0 ? mean / weight : 0.0;
+}
+
+struct Input {
+  const double *x, *normals;
+  const int64_t *nonmortar, *mortar;
+};
+
+Pair<double> gather(const Input &in, int64_t facet, int64_t other) {
+  const int64_t *e = in.nonmortar + 2 * facet, *f = in.mortar + 2 * other;
+  const auto p = [](const double *v, int64_t i) { return Point<double>{v[2 * i], v[2 * i + 1]}; };
+  return {p(in.x, e[0]),       p(in.x, e[1]), p(in.normals, e[0]),
+          p(in.normals, e[1]), p(in.x, f[0]), p(in.x, f[1])};
+}
+
+Pair<Dual<n_inputs>> differentiated(const Pair<double> &s) {
+  const auto p = [](const Point<double> &q, int k) {
+    return Point<Dual<n_inputs>>{Dual<n_inputs>::variable(q.x, k),
+                                 Dual<n_inputs>::variable(q.y, k + 1)};
+  };
+  return {p(s.a, 0), p(s.b, 2), p(s.na, 4), p(s.nb, 6), p(s.c, 8), p(s.d, 10)};
+}
+
+template <typename T>
+bool segment(const Pair<T> &s, const Pair<double> &values, double *range, T *q, double *distance) {
+  T lo, hi;
+  if (!covered(s, values, &lo, &hi))
+    return false;
+  range[0] = value(lo);
+  range[1] = value(hi);
+  integrate(s, lo, hi, q, distance);
+  return true;
+}
+
+} // namespace
+
+extern "C" int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
+                               const int64_t *mortar, int64_t n_pairs, const int64_t *pairs,
+                               double *range, double *integrals, double *distance,
+                               double *derivatives) {
+  const Input in{x, normals, nonmortar, mortar};
+  int64_t found = 0;
+  for (int64_t s = 0; s < n_pairs; ++s) {
+    const Pair<double> pair = gather(in, pairs[2 * s], pairs[2 * s + 1]);
+    double *q = integrals + n_integrals * s;
+    std::fill(q, q + n_integrals, 0.0);
+    range[2 * s] = range[2 * s + 1] = distance[s] = 0.0;
+    if (derivatives == nullptr) {
+      found += segment(pair, pair, range + 2 * s, q, distance + s);
+      continue;
+    }
+    Dual<n_inputs> live_q[n_integrals];
+    found += segment(differentiated(pair), pair, range + 2 * s, live_q, distance + s);
+    for (int i = 0; i < n_integrals; ++i) {
+      q[i] = live_q[i].v;
+      std::copy(live_q[i].d.begin(), live_q[i].d.end(),
+                derivatives + n_inputs * (n_integrals * s + i));
+    }
+  }
+  return found;
+}

@@ -1,0 +1,163 @@
+"""Dual mortar operators D, M and the weighted gap of an interface, with their derivatives (9)-(11)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from contactfem.segments import Segments
+from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints, NormalField
+
+TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
+FULL = (1.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0)  # ∫ N N of a whole facet, stands in for an uncovered one
+D_ENTRY, GAP_ENTRY = -1, -2
+
+
+@dataclass(frozen=True)
+class Mortar:
+    """Operators of one interface as a list of entries; repeated entries add up.
+
+    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a mortar
+    entry, the nonmortar nodes without multiplier (modified basis), so that always Σ_l M_jl = D_jj.
+
+    Attributes:
+        row: Nonmortar node j of every entry, shape (e,).
+        col: Node l of the entries of M, D_ENTRY for those of D, GAP_ENTRY for those of g, (e,).
+        value: Entries [m] (of g: [m²]), shape (e,).
+        derivative: Of the entries with respect to the positions of all nodes, (e, 2 n_nodes); None
+            where not asked for.
+    """
+
+    row: Ints
+    col: Ints
+    value: Floats
+    derivative: sp.csr_matrix | None
+
+
+def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: NormalField) -> Mortar:
+    """Mortar operators of segments, with the dual basis on the covered part of each facet.
+
+    On a facet Φ = A N, A = diag(d) m⁻¹ with m = ∫ N Nᵀ and d = ∫ N over its covered part; where the
+    other node of the facet carries no multiplier Φ_k = 1 instead.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+        segments: All segments of some nonmortar facets.
+        normals: Normal field that the segments were cut with.
+
+    Returns:
+        The operators' entries, with derivatives where the segments have them.
+    """
+    facets, e = np.unique(segments.facets[:, 0], return_inverse=True)
+    m = np.zeros((len(facets), 3))
+    np.add.at(m, e, segments.integrals[:, :3])
+    ends = mesh.nonmortar[facets]
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * np.hypot(edge[:, 0], edge[:, 1])
+    A, dA = _dual_basis(np.where(covered[:, None], m, FULL), mesh.carries[ends])
+    rows, cols = _places(mesh, segments, ends[e])
+    blocks = _coefficients(A[e])
+    used = (covered[e][:, None, None] & (rows >= 0)).ravel()
+    value = np.einsum("sktq,sq->skt", blocks, segments.integrals).ravel()[used]
+    row, col = rows.ravel()[used], cols.ravel()[used]
+    if segments.derivatives is None:
+        return Mortar(row, col, value, None)
+    dq = _integral_derivatives(mesh, segments, normals)
+    one = np.arange(len(e))
+    dm = _blocks(np.broadcast_to(np.eye(3, 7), (len(e), 3, 7)), e, one, len(facets)) @ dq
+    by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(len(e), 10, 3)
+    direct = _blocks(blocks.reshape(len(e), 10, 7), one, one, len(e)) @ dq
+    derivative = direct + _blocks(by_basis, one, e, len(e), len(facets)) @ dm
+    return Mortar(row, col, value, derivative.tocsr()[used])
+
+
+def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
+    """A = diag(d) m⁻¹ (f, 2, 2) and its derivative with respect to (m11, m12, m22), (f, 2, 2, 3)."""
+    m11, m12, m22 = m.T
+    d1, d2, zero = m11 + m12, m12 + m22, np.zeros(len(m))
+    det = m11 * m22 - m12**2
+    A = _stack(((d1 * m22, -d1 * m12), (-d2 * m12, d2 * m11))) / det[:, None, None]
+    d_numerator = _stack(
+        (
+            ((m22, m22, d1), (-m12, -m12 - d1, zero)),
+            ((zero, -m12 - d2, -m12), (d2, m11, m11)),
+        )
+    )
+    d_det = np.stack((m22, -2 * m12, m11), 1)
+    dA = (d_numerator - A[..., None] * d_det[:, None, None, :]) / det[:, None, None, None]
+    alone = ~carries[:, ::-1]  # the other node of the facet has no multiplier
+    A[alone] = 1.0
+    dA[alone] = 0.0
+    return A, dA
+
+
+def _places(mesh: InterfaceMesh, segments: Segments, ends: Ints) -> tuple[Ints, Ints]:
+    """Row and column of the five entries (D, g, M_c, M_d, M_other) of both nodes, (s, 2, 5)."""
+    carries = mesh.carries[ends]
+    rows = np.where(carries, ends, -1)[:, :, None].repeat(5, 2)
+    rows[:, :, 4][carries[:, ::-1]] = -1
+    cols = np.empty((len(ends), 2, 5), np.int64)
+    cols[:, :, 0], cols[:, :, 1] = D_ENTRY, GAP_ENTRY
+    cols[:, :, 2:4] = mesh.mortar[segments.facets[:, 1]][:, None, :]
+    cols[:, :, 4] = ends[:, ::-1]
+    return rows, cols
+
+
+def _coefficients(A: Floats) -> Floats:
+    """Entries (D, g, M_c, M_d, M_other) as linear functions of a segment's integrals, (s, 2, 5, 7)."""
+    W = np.zeros((len(A), 2, 5, 7))
+    d = np.array(((1.0, 1, 0, 0, 0, 0, 0), (0, 1.0, 1, 0, 0, 0, 0)))  # ∫ N_i
+    zeta = np.eye(7)[3:5]  # ∫ N_i ζ
+    W[:, :, 0] = d
+    W[:, :, 1, 5:] = A
+    W[:, :, 2] = A @ (d - zeta)
+    W[:, :, 3] = A @ zeta
+    W[:, :, 4] = -d[::-1]
+    return W
+
+
+def _by_basis(segments: Segments) -> Floats:
+    """Derivative of the entries of node k with respect to A_ki, shape (s, 1, 5, 2)."""
+    q = segments.integrals
+    d = np.stack((q[:, 0] + q[:, 1], q[:, 1] + q[:, 2]), 1)
+    result = np.zeros((len(q), 1, 5, 2))
+    result[:, 0, 1] = q[:, 5:]
+    result[:, 0, 2] = d - q[:, 3:5]
+    result[:, 0, 3] = q[:, 3:5]
+    return result
+
+
+def _integral_derivatives(
+    mesh: InterfaceMesh, segments: Segments, normals: NormalField
+) -> sp.csr_matrix:
+    """Derivative of all integrals with respect to all positions, normals included, (7 s, 2 n)."""
+    assert segments.derivatives is not None
+    s = len(segments.facets)
+    one = np.arange(s)
+    nm, m = mesh.nonmortar[segments.facets[:, 0]], mesh.mortar[segments.facets[:, 1]]
+    total = sp.csr_matrix((7 * s, 2 * mesh.n_nodes))
+    through = sp.csr_matrix((7 * s, 2 * mesh.n_nonmortar))
+    for k in (0, 1):
+        dx, dn, dm = (segments.derivatives[:, :, 2 * i + off : 2 * i + off + 2]
+                      for i, off in ((k, 0), (k, 4), (k, 8)))  # fmt: skip
+        total += _blocks(dx, one, nm[:, k], s, mesh.n_nodes)
+        total += _blocks(dm, one, m[:, k], s, mesh.n_nodes)
+        through += _blocks(dn, one, nm[:, k], s, mesh.n_nonmortar)
+    return total + through @ normals.derivative
+
+
+def _blocks(
+    values: Floats, rows: Ints, cols: Ints, n_rows: int, n_cols: int | None = None
+) -> sp.csr_matrix:
+    """Sparse matrix of equal dense blocks (b, r, c) at block places (rows, cols)."""
+    b, r, c = values.shape
+    i = (r * rows[:, None] + np.arange(r))[:, :, None] + np.zeros(c, np.int64)
+    j = (c * cols[:, None] + np.arange(c))[:, None, :] + np.zeros((r, 1), np.int64)
+    shape = (r * n_rows, c * (b if n_cols is None else n_cols))
+    return sp.coo_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=shape).tocsr()
+
+
+def _stack(rows: tuple[object, ...]) -> Floats:
+    """Nested tuples of (f,) arrays as one array with f first."""
+    return np.moveaxis(np.array(rows), -1, 0)

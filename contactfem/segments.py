@@ -1,0 +1,127 @@
+"""Segments of an interface: which pieces of its two surfaces face each other (paper 1.4, Figure 2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contactfem._kernels import ffi, lib
+from contactfem.surfaces import Floats, InterfaceMesh, Ints
+
+OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Segments of some nonmortar facets and the integrals over them (layout in kernels.h).
+
+    Attributes:
+        facets: Nonmortar and mortar facet of each segment, shape (s, 2).
+        span: Interval of the nonmortar facet coordinate ξ in [-1, 1], shape (s, 2).
+        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], N1g, N2g [m²], shape (s, 7).
+        derivatives: Of the integrals with respect to the positions of a, b, the normals at a, b and
+            the positions of c, d, shape (s, 7, 12); None where not asked for.
+    """
+
+    facets: Ints
+    span: Floats
+    integrals: Floats
+    derivatives: Floats | None
+
+
+def find_pairs(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, radius: float
+) -> Ints:
+    """Candidate facet pairs: facing each other and nearer than the search radius.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+        normals: Nodal normals [-], shape (n_nonmortar, 2).
+        chosen: Nonmortar facets to search for, shape (k,).
+        radius: Search radius along the normals [m].
+
+    Returns:
+        Pairs (nonmortar facet, mortar facet) ordered by both, shape (p, 2).
+    """
+    nonmortar = np.ascontiguousarray(mesh.nonmortar[chosen])
+    capacity = 4 * len(nonmortar) + 4 * len(mesh.mortar) + 16
+    while True:
+        pairs = np.empty((capacity, 2), np.int64)
+        count = lib.cf_pairs(
+            _read(x), _read(normals), len(nonmortar), _read_int(nonmortar), len(mesh.mortar),
+            _read_int(mesh.mortar), radius, capacity, _write_int(pairs),
+        )  # fmt: skip
+        if count <= capacity:
+            break
+        capacity = count
+    pairs = pairs[:count]
+    pairs[:, 0] = chosen[pairs[:, 0]]
+    return pairs
+
+
+def cut(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, pairs: Ints, differentiate: bool
+) -> Segments:
+    """Segments of candidate pairs; where several mortar facets cover one place, the nearest stands.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+        normals: Nodal normals [-], shape (n_nonmortar, 2).
+        pairs: Candidates, shape (p, 2).
+        differentiate: Whether the derivatives of the integrals are wanted.
+
+    Returns:
+        The segments that are not empty.
+    """
+    p = len(pairs)
+    span, integrals, distance = np.empty((p, 2)), np.empty((p, 7)), np.empty(p)
+    derivatives = np.empty((p, 7, 12)) if differentiate else None
+    lib.cf_segments(
+        _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar), p,
+        _read_int(pairs), _write(span), _write(integrals), _write(distance),
+        ffi.NULL if derivatives is None else _write(derivatives),
+    )  # fmt: skip
+    keep = span[:, 1] > span[:, 0]
+    keep[_hidden(pairs[:, 0], span, distance, keep)] = False
+    return Segments(
+        pairs[keep],
+        span[keep],
+        integrals[keep],
+        None if derivatives is None else derivatives[keep],
+    )
+
+
+def _hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> list[int]:
+    """Segments behind a nearer one of the same nonmortar facet."""
+    if not keep.any():
+        return []
+    covered = np.bincount(facet[keep], (span[:, 1] - span[:, 0])[keep])
+    hidden = []
+    for f in np.flatnonzero(covered > 2.0 + OVERLAP):
+        mine = np.flatnonzero(keep & (facet == f))
+        taken: list[int] = []
+        for s in mine[np.argsort(distance[mine], kind="stable")]:
+            middle = span[s].mean()
+            if any(span[q, 0] < middle < span[q, 1] for q in taken):
+                hidden.append(int(s))
+            else:
+                taken.append(int(s))
+    return hidden
+
+
+def _read(array: Floats) -> object:
+    return ffi.from_buffer("double[]", np.ascontiguousarray(array))
+
+
+def _read_int(array: Ints) -> object:
+    return ffi.from_buffer("int64_t[]", np.ascontiguousarray(array))
+
+
+def _write(array: Floats) -> object:
+    return ffi.from_buffer("double[]", array, require_writable=True)
+
+
+def _write_int(array: Ints) -> object:
+    return ffi.from_buffer("int64_t[]", array, require_writable=True)

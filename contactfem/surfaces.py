@@ -1,0 +1,160 @@
+"""The two surfaces of an interface as plain arrays, and the normal field of the nonmortar one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class InterfaceMesh:
+    """Both surfaces numbered together, nonmortar nodes first; the same on all ranks.
+
+    A facet (a, b) has its body on the left, so its outward normal is (dy, -dx) of b - a.
+
+    Attributes:
+        n_nonmortar: Number of nonmortar nodes; they are nodes 0 .. n_nonmortar - 1.
+        nonmortar: Nonmortar facets, shape (k, 2).
+        mortar: Mortar facets, shape (m, 2).
+        X: Reference coordinates of all nodes [m], shape (n, 2).
+        free: Components of each node that contact may move, shape (n, 2).
+    """
+
+    n_nonmortar: int
+    nonmortar: Ints
+    mortar: Ints
+    X: Floats
+    free: Bools
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes on both surfaces."""
+        return len(self.X)
+
+    @cached_property
+    def carries(self) -> Bools:
+        """Nonmortar nodes with a multiplier: those that can move along their normal, (n_nonmortar,)."""
+        n = _averaged(self, self.X)[0]
+        free = self.free[: self.n_nonmortar]
+        return np.asarray(free.all(1) | (free & (np.abs(n) > 0.5)).any(1))
+
+    @cached_property
+    def neighbours(self) -> Ints:
+        """Previous and next nonmortar node of each, -1 at an end, shape (n_nonmortar, 2)."""
+        result = np.full((self.n_nonmortar, 2), -1, np.int64)
+        result[self.nonmortar[:, 1], 0] = self.nonmortar[:, 0]
+        result[self.nonmortar[:, 0], 1] = self.nonmortar[:, 1]
+        return result
+
+
+@dataclass(frozen=True)
+class NormalField:
+    """Nodal unit normals of the nonmortar surface and their derivative.
+
+    Attributes:
+        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
+        derivative: dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes).
+    """
+
+    n: Floats
+    derivative: sp.csr_matrix
+
+    @property
+    def tangent(self) -> Floats:
+        """Unit tangents τ = (n_y, -n_x) [-], shape (n_nonmortar, 2)."""
+        return np.column_stack((self.n[:, 1], -self.n[:, 0]))
+
+
+def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
+    """Averaged nodal normals, n_j = Σ n_f / |Σ n_f| over the facets at j, with derivative.
+
+    A node that is held in one direction (a symmetry line) has its normal in the other one: the
+    mirrored facet would average it so, and contact can only act there.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        The normal field.
+    """
+    n, length = _averaged(mesh, x)
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    size = np.hypot(edge[:, 0], edge[:, 1])
+    t = edge / size[:, None]
+    nf = np.column_stack((t[:, 1], -t[:, 0]))
+    # d n_f = -n_f-component of the edge's turn: (1/L) (t (n_f . d edge)) with the sign of (dy, -dx)
+    turn = -np.einsum("fi,fj->fij", t, nf) / size[:, None, None]
+    free = mesh.free[: mesh.n_nonmortar]
+    held = mesh.carries & ~free.all(1)
+    project = (np.eye(2) - np.einsum("ji,jk->jik", n, n)) / length[:, None, None]
+    project[held] = 0.0
+    n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
+    rows, cols, values = [], [], []
+    for j in (0, 1):
+        block = project[ends[:, j]] @ turn
+        for k, sign in ((0, -1.0), (1, 1.0)):
+            rows.append(_expand(ends[:, j])[:, :, None] + np.zeros((1, 1, 2), np.int64))
+            cols.append(_expand(ends[:, k])[:, None, :] + np.zeros((1, 2, 1), np.int64))
+            values.append(sign * block)
+    shape = (2 * mesh.n_nonmortar, 2 * mesh.n_nodes)
+    return NormalField(n, _coo(rows, cols, values, shape))
+
+
+def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:
+    """Half the length of the nonmortar facets at each node, ∫ N_j over whole facets, with derivative.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,), and their derivative [-], (n_nonmortar, 2 n_nodes).
+    """
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    size = np.hypot(edge[:, 0], edge[:, 1])
+    t = 0.5 * edge / size[:, None]
+    rows, cols, values = [], [], []
+    for j in (0, 1):
+        for k, sign in ((0, -1.0), (1, 1.0)):
+            rows.append(np.repeat(ends[:, j][:, None], 2, 1))
+            cols.append(_expand(ends[:, k]))
+            values.append(sign * t)
+    half = np.bincount(ends.ravel(), np.repeat(0.5 * size, 2), mesh.n_nonmortar)
+    return half, _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
+
+
+def _averaged(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged unit normals and the length of the sums they come from."""
+    edge = x[mesh.nonmortar[:, 1]] - x[mesh.nonmortar[:, 0]]
+    edge = edge / np.hypot(edge[:, 0], edge[:, 1])[:, None]
+    total = np.zeros((mesh.n_nonmortar, 2))
+    for j in (0, 1):
+        np.add.at(total, mesh.nonmortar[:, j], np.column_stack((edge[:, 1], -edge[:, 0])))
+    length = np.hypot(total[:, 0], total[:, 1])
+    return total / length[:, None], length
+
+
+def _expand(nodes: Ints) -> Ints:
+    """Vector component numbers of nodes, shape (n, 2)."""
+    return 2 * nodes[:, None] + np.arange(2)
+
+
+def _coo(
+    rows: Sequence[NDArray[np.int64]],
+    cols: Sequence[NDArray[np.int64]],
+    values: Sequence[Floats],
+    shape: tuple[int, int],
+) -> sp.csr_matrix:
+    """Sum blocks of triplets into a sparse matrix."""
+    flat = [np.concatenate([a.ravel() for a in part]) for part in (rows, cols, values)]
+    return sp.coo_matrix((flat[2], (flat[0], flat[1])), shape=shape).tocsr()

@@ -1,0 +1,1 @@
+"""Weak forms and free energies in UFL: no mesh, no linear algebra."""
