@@ -139,6 +139,14 @@ def unit(text: str) -> Unit:
     return result
 
 
+def scaled(number: float, factor: float) -> float:
+    """Product of both; divides by whole numbers, so that "39.3 mm" is 0.0393, not 0.03929999..."""
+    inverse = round(1.0 / factor) if 1e-15 < factor < 1.0 else 0
+    if inverse and abs(inverse * factor - 1.0) < 1e-12:
+        return number / inverse
+    return number * factor
+
+
 def dimension(exponents: Exponents) -> str:
     """Name of a dimension, such as "length", or its SI unit where it has no name."""
     for symbol, name in DIMENSIONS.items():

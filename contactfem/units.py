@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from contactfem.dimensions import DIMENSIONS, UnitError, dimension, split, unit
+from contactfem.dimensions import DIMENSIONS, UnitError, dimension, scaled, split, unit
 from contactfem.tables import Table, constant
 
 STRICT: Mapping[str, Any] = {"strict_units": True}
@@ -51,7 +51,7 @@ def si(text: str, symbol: str) -> float:
     found, expected = unit(rest), unit(symbol)
     if found.exponents != expected.exponents:
         raise UnitError(f"is a {dimension(found.exponents)}, not a {dimension(expected.exponents)}")
-    value = number * found.factor
+    value = scaled(number, found.factor)
     if not math.isfinite(value):
         raise UnitError("is too large a number")
     return value
@@ -64,27 +64,37 @@ def _allowed(symbol: str) -> str:
 
 
 def _wrong(why: str, allowed: str) -> PydanticCustomError:
-    return PydanticCustomError("quantity", "{why}; give {allowed}", {"why": why, "allowed": allowed})
+    context = {"why": why, "allowed": allowed}
+    return PydanticCustomError("quantity", "{why}; give {allowed}", context)
 
 
-def _read(value: object, symbol: str, info: ValidationInfo) -> float:
+def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
     """One quantity from a case file or from Python.
 
     Raises:
         PydanticCustomError: with what is wrong and what is allowed.
     """
     strict = bool((info.context or {}).get("strict_units"))
-    number = isinstance(value, int | float) and not isinstance(value, bool)
     if isinstance(value, str):
         try:
             return si(value, symbol)
         except UnitError as error:
             raise _wrong(str(error), _allowed(symbol)) from None
-    if not number or (strict and symbol):
-        raise _wrong("has no unit" if number else "is not a quantity", _allowed(symbol))
-    if not math.isfinite(float(value)):  # type: ignore[arg-type]
-        raise _wrong("is not finite", _allowed(symbol))
-    return float(value)  # type: ignore[arg-type]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _wrong("is not a quantity", _allowed(symbol))
+    if strict and symbol:
+        raise _wrong("has no unit", _allowed(symbol))
+    return _finite(value, _allowed(symbol))
+
+
+def _finite(value: float, allowed: str) -> float:
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise _wrong("is not finite", allowed)
+    return number
 
 
 def _string(symbol: str) -> dict[str, Any]:
@@ -102,7 +112,7 @@ class Quantity:
     ) -> CoreSchema:
         """Read before the float is checked, so that limits act on the SI value."""
         return core_schema.with_info_before_validator_function(
-            lambda value, info: _read(value, self.symbol, info), handler(source)
+            lambda value, info: read_quantity(value, self.symbol, info), handler(source)
         )
 
     def __get_pydantic_json_schema__(
@@ -133,14 +143,12 @@ class AnyQuantity:
         if isinstance(value, str):
             try:
                 number, rest = split(value)
-                value = number * unit(rest).factor
+                value = scaled(number, unit(rest).factor)
             except UnitError as error:
                 raise _wrong(str(error), allowed) from None
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise _wrong("is not a number", allowed)
-        if not math.isfinite(value):
-            raise _wrong("is not finite", allowed)
-        return value
+        return _finite(value, allowed)
 
 
 @dataclass(frozen=True)
@@ -167,14 +175,14 @@ class TableOf:
         if isinstance(value, Table):
             return value
         if not isinstance(value, list | tuple):
-            return constant(_read(value, self.symbol, info))
+            return constant(read_quantity(value, self.symbol, info))
         rows = _rows(value, self.symbol)
-        times = tuple(_read(row[0], "s", info) for row in rows)
+        times = tuple(read_quantity(row[0], "s", info) for row in rows)
         for before, after in zip(times, times[1:], strict=False):
             if not before < after:
                 why = f"times are out of order: {after:g} s follows {before:g} s"
                 raise _wrong(why, "ascending times")
-        return Table(times, tuple(_read(row[1], self.symbol, info) for row in rows))
+        return Table(times, tuple(read_quantity(row[1], self.symbol, info) for row in rows))
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
@@ -183,7 +191,7 @@ def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
         example = EXAMPLES.get(symbol, f"1 {symbol}")
         raise _wrong(
             "is not a table",
-            f"{_allowed(symbol)}, or at least two rows [[\"0 s\", \"{example}\"], ...]",
+            f"{_allowed(symbol)}, or at least two rows [['0 s', '{example}'], ...]",
         )
     return rows
 
@@ -202,5 +210,5 @@ Number = Annotated[float, AnyQuantity()]
 LengthTable = Annotated[Table, TableOf("m")]
 PressureTable = Annotated[Table, TableOf("Pa")]
 TemperatureTable = Annotated[Table, TableOf("K")]
-BodyForceTable = Annotated[Table, TableOf("N/m^3")]
+VolumeForceTable = Annotated[Table, TableOf("N/m^3")]
 LineForceTable = Annotated[Table, TableOf("N/m")]

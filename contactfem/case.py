@@ -1,0 +1,205 @@
+"""A case: everything that a case file says, checked, in SI."""
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from contactfem.case_errors import error_lines
+from contactfem.case_links import broken_links
+from contactfem.errors import CaseError
+from contactfem.model import Model, Name, NonNegative
+from contactfem.overrides import override, with_variant
+from contactfem.references import CLOSED_FORMS, closed_form
+from contactfem.scene import Body, Condition, Interface, Material, Obstacle, Probe
+from contactfem.units import Duration, Number, read_quantity
+
+PositiveTime = Annotated[Duration, Field(gt=0)]
+Fraction = Annotated[float, Field(strict=True, gt=0, lt=1)]
+Count = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
+STEPS = 1024.0  # the smallest step, unless given, is this many times smaller than the first
+
+
+class Time(Model):
+    """Time from zero to `end`; steps start with `step` and adapt between the limits."""
+
+    end: PositiveTime
+    step: PositiveTime
+    step_min: PositiveTime = Field(default_factory=lambda data: data.get("step", 0.0) / STEPS)
+    step_max: PositiveTime = Field(default_factory=lambda data: data.get("step", 0.0))
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        names = ("step_min", "step", "step_max")
+        for low, high in (names[:2], names[1:], ("step", "end")):
+            if getattr(self, low) > getattr(self, high):
+                raise ValueError(
+                    f"{low} = {getattr(self, low):g} s is longer than "
+                    f"{high} = {getattr(self, high):g} s"
+                )
+        return self
+
+
+class Solver(Model):
+    """Newton's method: `tolerance` of the scaled residual; `petsc`: options for the linear solver."""
+
+    tolerance: Fraction = 1e-10
+    max_iterations: Annotated[Count, Field(ge=1)] = 30
+    max_cutbacks: Count = 8
+    petsc: dict[str, str] = {}
+
+
+class Output(Model):
+    """What is written besides the history; `times`: when interfaces are written before the end."""
+
+    fields: bool = True
+    figures: bool = True
+    times: tuple[PositiveTime, ...] = ()
+
+    @field_validator("times")
+    @classmethod
+    def _ascending(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if list(value) != sorted(set(value)):
+            raise ValueError("times are out of order; give ascending times")
+        return value
+
+
+class Expectation(Model):
+    """What a measured number must be: near `value`, or between `min` and `max` [SI]."""
+
+    value: Number | None = None
+    rel: NonNegative | None = None
+    abs: Annotated[Number, Field(ge=0)] | None = None
+    min: Number | None = None
+    max: Number | None = None
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        near = self.value is not None and (self.rel is not None or self.abs is not None)
+        between = self.min is not None or self.max is not None
+        any_near = (self.value, self.rel, self.abs) != (None, None, None)
+        if near == between or (between and any_near):
+            raise ValueError("must have 'value' with 'rel' or 'abs', or else 'min' or 'max'")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError("min is above max")
+        return self
+
+
+class ClosedForm(Model):
+    """Closed form that an interface is compared with."""
+
+    solution: Literal["hertz_line", "cattaneo_mindlin", "westergaard", "uniform"]
+    parameters: dict[str, float] = {}
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _in_si(cls, value: object, info: ValidationInfo) -> object:
+        units = CLOSED_FORMS[info.data["solution"]].units if "solution" in info.data else {}
+        if not isinstance(value, dict):
+            return value
+        read = {}
+        for name, quantity in value.items():
+            try:
+                read[name] = read_quantity(quantity, units.get(name, ""), info)
+            except ValueError as error:
+                if name in units:
+                    raise ValueError(f"{name} = {quantity}: {error}") from None
+                read[name] = 0.0  # closed_form says that there is no such parameter
+        return read
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        closed_form(self.solution, self.parameters)
+        return self
+
+
+class Case(Model):
+    """A whole case; names that refer to something are known to exist."""
+
+    title: str
+    references: tuple[str, ...] = ()
+    dimension: Literal["plane strain", "3d"] = "plane strain"
+    strain: Literal["finite", "small"] = "finite"
+    time: Time
+    materials: Annotated[dict[Name, Material], Field(min_length=1)]
+    bodies: Annotated[dict[Name, Body], Field(min_length=1)]
+    obstacles: dict[Name, Obstacle] = {}
+    interfaces: dict[Name, Interface] = {}
+    conditions: tuple[Condition, ...] = ()
+    probes: dict[Name, Probe] = {}
+    closed_form: dict[Name, ClosedForm] = {}
+    solver: Solver = Solver()
+    output: Output = Output()
+    expect: dict[str, Expectation] = {}
+    variants: dict[Name, dict[str, Any]] = {}
+    path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
+
+    @model_validator(mode="after")
+    def _linked(self) -> Self:
+        lines = [f"{self.path}: {line}" for line in broken_links(self)]
+        if lines:
+            raise CaseError("\n".join(lines))
+        return self
+
+    @property
+    def axes(self) -> int:
+        """Number of displacement components."""
+        return 3 if self.dimension == "3d" else 2
+
+
+def read_case(
+    path: Path | str, overrides: Sequence[str] = (), variant: str | None = None
+) -> Case:
+    """Read a case file.
+
+    Args:
+        path: the file.
+        overrides: "a.b.c=value" each, applied last; items of lists by their index from 0.
+        variant: name of one of the file's variants, or None for the base case.
+
+    Returns:
+        The case in SI.
+
+    Raises:
+        CaseError: what is wrong, one line for each mistake.
+    """
+    path = Path(path)
+    raw = _toml(path)
+    if "path" in raw:
+        raise CaseError(f"{path}: path: unknown key")
+    try:
+        if variant is not None:
+            raw = with_variant(raw, variant)
+        for text in overrides:
+            raw = override(raw, text)
+    except CaseError as error:
+        raise CaseError(f"{path}: {error}") from None
+    axes = 3 if raw.get("dimension") == "3d" else 2
+    context = {"strict_units": True, "folder": path.parent, "axes": axes}
+    try:
+        return Case.model_validate({**raw, "path": path}, context=context)
+    except ValidationError as error:
+        raise CaseError("\n".join(f"{path}: {s}" for s in error_lines(error, Case, raw))) from None
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    """Contents of a TOML file.
+
+    Raises:
+        CaseError: no such file, a folder, not readable, not UTF-8 or not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        raise CaseError(f"{path}: there is no such file") from None
+    except IsADirectoryError:
+        raise CaseError(f"{path}: is a folder, not a case file") from None
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise CaseError(f"{path}: is not UTF-8 text (byte {error.start})") from None
+    except (ValueError, RecursionError) as error:
+        raise CaseError(f"{path}: is not TOML: {str(error).splitlines()[0]}") from None

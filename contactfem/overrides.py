@@ -1,0 +1,117 @@
+"""Change what a case file says before it is checked: variants, and "a.b.c=value" from outside."""
+
+import json
+import tomllib
+from difflib import get_close_matches
+from typing import Any
+
+from contactfem.errors import CaseError
+
+Raw = dict[str, Any]
+
+
+def override(raw: Raw, text: str) -> Raw:
+    """Contents of a case file with one value changed.
+
+    Args:
+        raw: contents as TOML gives them; left as they are.
+        text: "a.b.c=value"; the value is TOML, or else a string.
+
+    Returns:
+        The changed contents.
+
+    Raises:
+        CaseError: not of this form, or no such place.
+    """
+    key, sign, value = text.partition("=")
+    if not sign or not key.strip():
+        raise CaseError(f"--set {text}: must be of the form a.b.c=value")
+    try:
+        change = tomllib.loads(f"{key} = {value}")
+    except ValueError:
+        try:
+            change = tomllib.loads(f"{key} = {json.dumps(value.strip())}")
+        except ValueError:
+            raise CaseError(f"--set {text}: '{key.strip()}' is not a dotted key") from None
+    merged: Raw = _merged(raw, change, "")
+    return merged
+
+
+def with_variant(raw: Raw, name: str) -> Raw:
+    """Contents of a case file with a variant's changes.
+
+    Its `expect` is added to the base's, or replaces it if the variant says `base_expect = false`.
+
+    Args:
+        raw: contents as TOML gives them; left as they are.
+        name: one of `raw["variants"]`.
+
+    Returns:
+        The changed contents.
+
+    Raises:
+        CaseError: no such variant, or it changes something that cannot be changed.
+    """
+    variants = raw.get("variants", {})
+    if not isinstance(variants, dict) or not isinstance(variants.get(name), dict):
+        names = list(variants) if isinstance(variants, dict) else []
+        raise CaseError(f"variants: there is no '{name}'{nearest(name, names)}")
+    changes = dict(variants[name])
+    where = f"variants.{name}."
+    expect = changes.pop("expect", {})
+    keep = changes.pop("base_expect", True)
+    if not isinstance(keep, bool) or not isinstance(expect, dict):
+        raise CaseError(f"{where}{'expect: must be a table' if isinstance(keep, bool) else
+                        'base_expect: must be true or false'}")
+    for key, value in changes.items():
+        raw = _merged(raw, _nested(key, value, where), where)
+    base = raw.get("expect", {}) if keep else {}
+    return {**raw, "expect": {**base, **expect} if isinstance(base, dict) else base}
+
+
+def nearest(name: str, names: list[str]) -> str:
+    """Hint at the nearest of some names, or all of them where none is near."""
+    near = get_close_matches(name, names, n=1)
+    if near:
+        return f"; did you mean '{near[0]}'?"
+    return f"; known: {', '.join(names[:12])}" if names else ""
+
+
+def _nested(key: str, value: Any, where: str) -> Raw:
+    """Tables that a dotted key stands for, around its value."""
+    try:
+        change = tomllib.loads(f"{key} = 0")
+    except ValueError:
+        raise CaseError(f"{where}{key}: is not a dotted key") from None
+    inner = change
+    while isinstance(step := next(iter(inner.values())), dict):
+        inner = step
+    inner[next(iter(inner))] = value
+    return change
+
+
+def _merged(old: Any, new: Any, where: str) -> Any:
+    """New values laid over old ones; a table that names a builder or a file replaces the old one."""
+    if not isinstance(new, dict) or not isinstance(old, dict | list):
+        return new
+    if isinstance(old, list):
+        return _list_merged(old, new, where)
+    if isinstance(old.get("builder", old.get("file")), str) and new.keys() & {"builder", "file"}:
+        return new
+    merged = dict(old)
+    for key, value in new.items():
+        merged[key] = _merged(old[key], value, f"{where}{key}.") if key in old else value
+    return merged
+
+
+def _list_merged(old: list[Any], new: Raw, where: str) -> list[Any]:
+    """List with some items changed; the index after the last one appends."""
+    merged = list(old)
+    for key, value in new.items():
+        if not key.isascii() or not key.isdigit() or int(key) > len(merged):
+            raise CaseError(f"{where}{key}: must be an index from 0 to {len(merged)}")
+        if int(key) == len(merged):
+            merged.append(value)
+        else:
+            merged[int(key)] = _merged(merged[int(key)], value, f"{where}{key}.")
+    return merged
