@@ -1,11 +1,17 @@
-"""Differences between the supported dolfinx versions (0.9 to 0.11); no other module asks for them."""
+"""Differences between dolfinx 0.9 and 0.11; no other module asks for the version."""
 
+import basix
 import numpy as np
 import numpy.typing as npt
 import ufl
+from dolfinx import fem
+from dolfinx.cpp.fem import pack_coefficients, pack_constants
+from dolfinx.cpp.fem.petsc import assemble_matrix as _assemble_matrix
 from dolfinx.mesh import GhostMode, Mesh, create_cell_partitioner
 from dolfinx.mesh import create_mesh as _create_mesh
+
 from mpi4py import MPI
+from petsc4py import PETSc
 
 
 def create_mesh(
@@ -33,3 +39,36 @@ def create_mesh(
         partitioner = create_cell_partitioner(mode)
     # By name: the order of the arguments differs.
     return _create_mesh(comm, cells=cells, x=points, e=domain, partitioner=partitioner)
+
+
+def assemble_into(A: PETSc.Mat, form: fem.Form) -> None:
+    """Add a bilinear form to a matrix through its local-to-global maps, dof by dof.
+
+    Entries whose row or column maps to -1 are dropped.
+
+    Args:
+        A: matrix with local-to-global maps of the form's scalar dofs.
+        form: compiled bilinear form.
+    """
+    constants = pack_constants(form._cpp_object)
+    coefficients = pack_coefficients(form._cpp_object)
+    _assemble_matrix(A, form._cpp_object, constants, coefficients, [], True)
+
+
+def cell_values(mesh: Mesh, expression: ufl.core.expr.Expr) -> npt.NDArray[np.float64]:
+    """Values of an expression at the midpoints of all local cells.
+
+    Args:
+        mesh: the mesh.
+        expression: scalar or vector expression.
+
+    Returns:
+        (cells, components).
+    """
+    midpoint = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
+    compiled = fem.Expression(expression, midpoint)
+    tdim = mesh.topology.dim
+    cells = mesh.topology.index_map(tdim)
+    n = cells.size_local + cells.num_ghosts
+    values = compiled.eval(mesh, np.arange(n, dtype=np.int32))
+    return np.asarray(values).reshape(n, -1)

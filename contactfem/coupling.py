@@ -1,0 +1,99 @@
+"""Which matrix entries contact may fill: a pattern wider than the present one, renewed when left."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from contactfem.interface import InterfaceNodes
+from contactfem.surfaces import Bools
+from contactfem.system import System
+
+AHEAD_NONMORTAR = 4  # nodes along the nonmortar side that may come into contact in the same pattern
+AHEAD_MORTAR = 8  # nodes along the mortar side that a node may slide over in the same pattern
+NORMAL_REACH = 3  # nodes along the nonmortar side that a condition's normals depend on
+
+
+class Coupling:
+    """Sticky sparsity pattern of one interface.
+
+    Args:
+        system: The system.
+        nodes: The interface's nodes.
+    """
+
+    def __init__(self, system: System, nodes: InterfaceNodes) -> None:
+        self._system, self._nodes = system, nodes
+        mesh = nodes.mesh
+        self._nonmortar = _adjacency(mesh.nonmortar, mesh.n_nonmortar)
+        self._mortar = _adjacency(mesh.mortar, mesh.n_nodes)
+        self._bulk_columns = self._columns_of_nonmortar_rows()
+        self.wide = sp.csr_matrix((mesh.n_nonmortar, mesh.n_nodes), dtype=np.int32)
+
+    def include(self, touched: sp.csr_matrix, active: Bools) -> bool:
+        """Make room for the pairs of nonmortar nodes in contact and nodes that they touch.
+
+        Args:
+            touched: Entries of M and M⁰, (n_nonmortar, n_nodes).
+            active: Nodes in contact, (n_nonmortar,).
+
+        Returns:
+            Whether the pattern had to grow.
+        """
+        needed = _pattern(sp.diags(active.astype(np.int32)) @ _pattern(touched))
+        if needed.multiply(self.wide).nnz == needed.nnz:
+            return False
+        mortar, nonmortar = self._mortar, self._nonmortar
+        for _ in range(AHEAD_MORTAR):
+            needed = _pattern(needed @ mortar)
+        for _ in range(AHEAD_NONMORTAR):
+            needed = _pattern(nonmortar @ needed)
+        self.wide = _pattern(self.wide + needed)
+        return True
+
+    def pattern(self) -> sp.csr_matrix:
+        """Entries that contact may fill in this rank's rows, (n_local, n_global)."""
+        mesh, n = self._nodes.mesh, self._system.numbering
+        used = sp.diags((np.diff(self.wide.indptr) > 0).astype(np.int32))
+        own = sp.eye(mesh.n_nonmortar, mesh.n_nodes, dtype=np.int32, format="csr")
+        rows = used @ (own + self.wide)
+        reach = own
+        for _ in range(NORMAL_REACH):
+            reach = self._nonmortar @ reach
+        columns = reach + self._nonmortar @ self.wide
+        to_unknown = self._to_unknown()
+        across = columns @ to_unknown + self._nonmortar @ self._bulk_columns
+        places = _pattern(to_unknown.T @ _pattern(rows.T @ across))
+        return places[n.first : n.first + n.n_local]
+
+    def _to_unknown(self) -> sp.csr_matrix:
+        """Nodes to their unknowns, (n_nodes, n_global)."""
+        unknown = self._nodes.unknown
+        node, component = np.nonzero(unknown >= 0)
+        shape = (len(unknown), self._system.numbering.n_global)
+        ones = np.ones(len(node), np.int32)
+        return sp.coo_matrix((ones, (node, unknown[node, component])), shape).tocsr()
+
+    def _columns_of_nonmortar_rows(self) -> sp.csr_matrix:
+        """Columns of the bulk rows of every nonmortar node, on all ranks; collective."""
+        n, pattern = self._system.numbering, self._system.pattern
+        unknown = self._nodes.unknown[: self._nodes.mesh.n_nonmortar]
+        node, component = np.nonzero((unknown >= n.first) & (unknown < n.first + n.n_local))
+        rows = pattern[unknown[node, component] - n.first].tocoo()
+        parts = self._system.comm.allgather((node[rows.row], rows.col))
+        row, col = (np.concatenate(p) for p in zip(*parts, strict=True))
+        shape = (len(unknown), n.n_global)
+        return _pattern(sp.coo_matrix((np.ones(len(row), np.int32), (row, col)), shape).tocsr())
+
+
+def _adjacency(facets: np.ndarray, n: int) -> sp.csr_matrix:
+    a, b = facets.T
+    ones = np.ones(len(a), np.int32)
+    half = sp.coo_matrix((ones, (a, b)), (n, n)).tocsr()
+    return _pattern(half + half.T + sp.eye(n, dtype=np.int32, format="csr"))
+
+
+def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """The matrix with every stored entry one."""
+    result = matrix.tocsr().astype(np.int32, copy=True)
+    result.sum_duplicates()
+    result.data[:] = 1
+    return result

@@ -1,0 +1,241 @@
+"""From a case to its discretisation: meshes on the ranks, system of equations, interfaces."""
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+
+from contactfem.case import Case
+from contactfem.condensed import Interface
+from contactfem.contact import Contact, ContactLaw
+from contactfem.errors import CaseError
+from contactfem.forms.energies import linear_elastic, neo_hooke
+from contactfem.forms.mechanics import Energy
+from contactfem.interface import BodySide, InterfaceNodes, RigidSide, circle_side, plane_side
+from contactfem.laws import contact_scale
+from contactfem.mechanics import BodyProblem, Law, Load
+from contactfem.meshing import BodyMesh, distribute
+from contactfem.scene import Condition, Material, Plane
+from contactfem.surfaces import Floats, InterfaceMesh, Ints
+from contactfem.system import Grip, Prescribed, System
+from contactfem.tables import constant
+from contactfem.timers import Timers
+
+AXES = "xyz"
+CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
+SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
+
+
+@dataclass(frozen=True)
+class Discretisation:
+    """What a case becomes before its first step.
+
+    Attributes:
+        bodies: Body problems by name, in the order of the system.
+        system: Their system.
+        interfaces: The interfaces.
+        held: Names of what each prescribed motion and grip belongs to, "body.surface.x".
+    """
+
+    bodies: dict[str, BodyProblem]
+    system: System
+    interfaces: tuple[Interface, ...]
+    held: tuple[str, ...]
+
+
+def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
+    """Build meshes, forms, numbering and interfaces of a case; collective.
+
+    Args:
+        case: The case.
+        comm: All ranks.
+        timers: Where time is booked.
+
+    Returns:
+        The discretisation.
+
+    Raises:
+        CaseError: The meshes do not fit the case.
+    """
+    with timers.book("mesh"):
+        meshes = {name: _mesh(case, name, comm) for name in case.bodies}
+    with timers.book("jit"):
+        bodies = {name: _body(case, name, mesh) for name, mesh in meshes.items()}
+    with timers.book("setup"):
+        index = {name: k for k, name in enumerate(bodies)}
+        prescribed, grips, held = [], [], []
+        for condition in case.conditions:
+            vertices = _vertices(condition, meshes, comm)
+            for axis, table in condition.components().items():
+                body, component = index[condition.body], AXES.index(axis)
+                prescribed.append(Prescribed(body, vertices, component, table))
+                held.append(f"{condition.on}.{axis}")
+            for axis, table in (condition.grip.force if condition.grip else {}).items():
+                grips.append(Grip(index[condition.body], vertices, AXES.index(axis), table))
+        system = System(comm, list(bodies.values()), prescribed, grips)
+        interfaces = tuple(
+            Interface(name, *_interface(case, name, system, index, meshes))
+            for name in case.interfaces
+        )
+        _refuse_shared_nodes(interfaces)
+    return Discretisation(bodies, system, interfaces, tuple(held))
+
+
+def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
+    """A body's mesh on the ranks; an error of the builder on the first rank is raised on all."""
+    data, error = None, None
+    if comm.rank == 0:
+        try:
+            data = case.bodies[name].mesh.build()
+        except CaseError as raised:
+            error = CaseError(f"{case.path}: bodies.{name}.mesh: {raised}")
+    error = comm.bcast(error)
+    if error is not None:
+        raise error
+    return distribute(comm, data)
+
+
+def _body(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
+    body = case.bodies[name]
+    law = _law(case, case.materials[body.material])
+    loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
+    return BodyProblem(name, mesh, law, body.temperature, loads)
+
+
+def _law(case: Case, material: Material) -> Law:
+    """Energy and parameters of a material."""
+    small = case.strain == "small"
+    parameters = {
+        "bulk_modulus": material.K,
+        "shear_modulus": material.mu,
+        "expansion": material.expansion,
+    } | material.parameters
+    if material.model == "neo-hooke":
+        return Law(linear_elastic if small else neo_hooke, parameters, material.E, small, small)
+    return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
+
+
+def _user_energy(case: Case, reference: str) -> Energy:
+    """A user's energy "file.py:function", the file relative to the case."""
+    file, _, name = reference.rpartition(":")
+    path = case.path.parent / file
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise CaseError(f"{case.path}: material model {reference!r}: there is no file {path}")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    function: Callable[..., object] | None = getattr(module, name, None)
+    if function is None:
+        raise CaseError(f"{case.path}: material model {reference!r}: no function '{name}'")
+    return function  # type: ignore[return-value]  # its result is checked by UFL
+
+
+def _loads(condition: Condition, axes: int) -> list[Load]:
+    """Loads of a condition, none if it prescribes a motion."""
+    if condition.pressure is not None:
+        return [Load(condition.surface, (condition.pressure,))]
+    given = condition.traction or condition.body_force
+    if given is None:
+        return []
+    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])  # type: ignore[call-overload]
+    return [Load(condition.surface if condition.traction else None, components)]
+
+
+def _vertices(condition: Condition, meshes: dict[str, BodyMesh], comm: MPI.Comm) -> Ints:
+    """Input vertices that a condition acts on."""
+    mesh = meshes[condition.body]
+    if condition.at is not None:
+        nearest = None
+        if mesh.data is not None:
+            distance = np.linalg.norm(mesh.data.points - np.array(condition.at), axis=1)
+            nearest = int(np.argmin(distance)), float(distance.min()), float(np.ptp(mesh.data.points))
+        vertex, distance_, size = comm.bcast(nearest)
+        if distance_ > 1e-6 * size:
+            raise CaseError(
+                f"condition on {condition.on}: no vertex at {condition.at} m; the nearest is "
+                f"{distance_:g} m away"
+            )
+        return np.array([vertex])
+    if condition.surface is None:
+        return np.arange(mesh.n_points)
+    return mesh.surface(condition.surface).vertices
+
+
+def _interface(
+    case: Case, name: str, system: System, index: dict[str, int], meshes: dict[str, BodyMesh]
+) -> tuple[InterfaceNodes, Contact]:
+    """Nodes and laws of one interface."""
+    interface = case.interfaces[name]
+    body, _, surface = interface.nonmortar.partition(".")
+    nonmortar = BodySide(index[body], meshes[body].surface(surface))
+    E_nonmortar = system.bodies[index[body]].law.youngs_modulus
+    mortar: BodySide | RigidSide
+    if interface.mortar in case.obstacles:
+        mortar = _obstacle(case, interface.mortar, nonmortar.surface.X)
+        E_mortar = np.inf
+    else:
+        body, _, surface = interface.mortar.partition(".")
+        mortar = BodySide(index[body], meshes[body].surface(surface))
+        E_mortar = system.bodies[index[body]].law.youngs_modulus
+    nodes = InterfaceNodes(system, nonmortar, mortar)
+    lengths = _lengths(nodes.X, nodes.mesh.nonmortar)
+    around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
+    h = around / np.bincount(nodes.mesh.nonmortar.ravel())
+    h_mortar = float(_lengths(nodes.X, nodes.mesh.mortar).mean())
+    extent = float(np.hypot(*np.ptp(nonmortar.surface.X, axis=0)))
+    friction = interface.friction
+    law = ContactLaw(
+        friction_coefficient=friction.coefficient if friction else 0.0,
+        c=contact_scale(h, E_nonmortar, h_mortar, E_mortar),
+        c_n=interface.normal.c_factor,
+        c_t=friction.c_factor if friction else 1.0,
+        stiffness=min(E_nonmortar, E_mortar),
+        search_radius=interface.search_radius or max(SEARCH_SHARE * extent, 2 * lengths.max()),
+    )
+    return nodes, Contact(system.comm, nodes.mesh, law)
+
+
+def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
+    """Rigid side as facets, large and fine enough for the surface with the nodes X [m]."""
+    obstacle = case.obstacles[name]
+    motion = (obstacle.displacement["x"], obstacle.displacement["y"])
+    if isinstance(obstacle, Plane):
+        point, normal = np.array(obstacle.point), np.array(obstacle.normal)
+        centre = X.mean(0) - normal * (normal @ (X.mean(0) - point))
+        tables = [t for c in case.conditions for t in c.components().values()] + list(motion)
+        travel = max((abs(v) for table in tables for v in table.values), default=0.0)
+        extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
+        return plane_side(centre, normal, extent, motion)
+    size = np.hypot(*np.diff(X, axis=0).T)
+    facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
+    return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
+
+
+def _lengths(X: Floats, facets: Ints) -> Floats:
+    edge = X[facets[:, 1]] - X[facets[:, 0]]
+    return np.hypot(edge[:, 0], edge[:, 1])
+
+
+def _refuse_shared_nodes(interfaces: tuple[Interface, ...]) -> None:
+    """A nonmortar node's forces are eliminated once: it must not stand in two interfaces."""
+    seen: dict[int, str] = {}
+    for interface in interfaces:
+        mesh: InterfaceMesh = interface.nodes.mesh
+        carried = interface.nodes.unknown[: mesh.n_nonmortar][mesh.carries]
+        for unknown in np.unique(carried[carried >= 0]).tolist():
+            if unknown in seen:
+                raise CaseError(
+                    f"interfaces {seen[unknown]} and {interface.name} share a nonmortar node; "
+                    "split the surface or make it the mortar side of one of them"
+                )
+            seen[unknown] = interface.name
+    for interface in interfaces:
+        mortar = interface.nodes.unknown[interface.nodes.mesh.n_nonmortar :]
+        for unknown in np.unique(mortar[mortar >= 0]).tolist():
+            if unknown in seen:
+                raise CaseError(
+                    f"a node is nonmortar in interface {seen[unknown]} and mortar in "
+                    f"{interface.name}; swap the sides of one of them"
+                )

@@ -1,0 +1,202 @@
+"""One body's mechanical problem: displacement, residual and tangent."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from contactfem.compat import assemble_into, cell_values
+from contactfem.forms.mechanics import (
+    Energy,
+    cauchy_stress,
+    dead_load,
+    follower_pressure,
+    internal_work,
+    small_strain_stress,
+)
+from contactfem.meshing import BodyMesh, dof_of_vertex
+from contactfem.tables import Table
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Law:
+    """Constitutive law of a body.
+
+    Attributes:
+        energy: Free energy ψ(F, ϑ, parameters) [J/m³].
+        parameters: Its parameters by name [SI].
+        youngs_modulus: Stiffness that scales contact and the residual [Pa].
+        small_strain: Whether ψ depends on the strain of the undeformed body.
+        linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
+    """
+
+    energy: Energy
+    parameters: Mapping[str, float]
+    youngs_modulus: float
+    small_strain: bool
+    linear: bool
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load on a body: a traction or pressure on a group, or a body force.
+
+    Attributes:
+        group: Name of the surface; None for a body force.
+        components: One table per component [N/m² or N/m³]; a single one is a follower pressure [Pa].
+    """
+
+    group: str | None
+    components: tuple[Table, ...]
+
+    @property
+    def is_pressure(self) -> bool:
+        """Whether it acts along the normal."""
+        return self.group is not None and len(self.components) == 1
+
+
+class BodyProblem:
+    """Mechanics of one body on its mesh.
+
+    Args:
+        name: Name of the body.
+        mesh: Its mesh.
+        law: Its law.
+        theta: Relative temperature over time [K].
+        loads: Loads on it.
+    """
+
+    def __init__(
+        self, name: str, mesh: BodyMesh, law: Law, theta: Table, loads: Sequence[Load]
+    ) -> None:
+        self.name, self.mesh, self.law = name, mesh, law
+        dim = mesh.mesh.geometry.dim
+        element = basix.ufl.element("Lagrange", mesh.mesh.basix_cell(), 1, shape=(dim,))
+        self.V = fem.functionspace(mesh.mesh, element)
+        self.u = fem.Function(self.V, name=f"displacement_{name}")
+        self.vertex_dofs, self.vertices = dof_of_vertex(mesh.mesh, self.V)
+        self._theta = fem.Constant(mesh.mesh, 0.0)
+        self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = [
+            (self._theta, (theta,), False)
+        ]
+        self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
+        self._residual_ufl = residual = self._residual_form(loads)
+        self.is_linear = law.linear and not any(load.is_pressure for load in loads)
+        self._residual = fem.form(residual)
+        self._action: fem.Form | None = None
+        self._tangent = fem.form(ufl.derivative(residual, self.u, ufl.TrialFunction(self.V)))
+
+    def _residual_form(self, loads: Sequence[Load]) -> ufl.Form:
+        """Internal minus external virtual work (19)."""
+        v = ufl.TestFunction(self.V)
+        # On simplices P1 has a constant gradient: one point integrates the energy exactly.
+        degree = 1 if "simplex" in _shape(self.mesh) else 2
+        dx = ufl.Measure("dx", self.mesh.mesh, metadata={"quadrature_degree": degree})
+        form = internal_work(self.u, v, self._theta, self.law.energy, self._parameters, dx)
+        for load in loads:
+            value = fem.Constant(self.mesh.mesh, np.zeros(len(load.components)))
+            self._tables.append((value, load.components, True))
+            if load.group is None:
+                form -= dead_load(value, v, ufl.Measure("dx", self.mesh.mesh))
+                continue
+            ds = self.mesh.ds(load.group, degree=2)
+            if not load.is_pressure:
+                form -= dead_load(value, v, ds)
+            elif self.law.small_strain:
+                form -= dead_load(-value[0] * ufl.FacetNormal(self.mesh.mesh), v, ds)
+            else:
+                form -= follower_pressure(value[0], self.u, v, ds)
+        return form
+
+    def set_time(self, t: float, ramp_end: float) -> None:
+        """Set temperature and loads to those of a time.
+
+        Args:
+            t: Time [s].
+            ramp_end: Time at which constant loads are reached [s].
+        """
+        for constant, tables, ramped in self._tables:
+            values = [table.at(t, ramp_end) if ramped else table(t) for table in tables]
+            constant.value[...] = np.reshape(values, constant.value.shape)
+
+    def residual(self) -> Floats:
+        """Internal minus external forces of this rank's cells [N/m], flat over owned and ghost dofs."""
+        result = np.zeros_like(self.u.x.array)
+        fem.assemble_vector(result, self._residual)
+        return result
+
+    def add_tangent(self, A: PETSc.Mat) -> None:
+        """Add this rank's part of the tangent to a matrix whose local numbering is this body's.
+
+        Args:
+            A: Matrix with the body's local-to-global map set.
+        """
+        assemble_into(A, self._tangent)
+
+    @contextmanager
+    def without(self, jump: Floats | None) -> Iterator[None]:
+        """Take a displacement increment back for the time inside [m]."""
+        if jump is not None:
+            self.u.x.array[:] -= jump
+        try:
+            yield
+        finally:
+            if jump is not None:
+                self.u.x.array[:] += jump
+
+    def tangent_action(self, du: Floats) -> Floats:
+        """Tangent times a displacement increment, this rank's cells [N/m], flat local.
+
+        Args:
+            du: Increment, flat over owned and ghost dofs [m].
+        """
+        if self._action is None:
+            self._increment = fem.Function(self.V)
+            self._action = fem.form(ufl.derivative(self._residual_ufl, self.u, self._increment))
+        self._increment.x.array[:] = du
+        result = np.zeros_like(self.u.x.array)
+        fem.assemble_vector(result, self._action)
+        return result
+
+    def dofs(self, vertices: Ints, component: int) -> Ints:
+        """Local scalar dofs of one displacement component at some input vertices.
+
+        Args:
+            vertices: Input vertex numbers.
+            component: 0, 1 or 2.
+
+        Returns:
+            Owned and ghost dofs of this rank, (m,).
+        """
+        blocks = self.vertex_dofs[np.isin(self.vertices, vertices)].astype(np.int64)
+        return blocks * self.V.dofmap.index_map_bs + component
+
+    def cell_dofs(self) -> Ints:
+        """Scalar dofs of every owned cell, (cells, dofs)."""
+        bs = self.V.dofmap.index_map_bs
+        owned = self.mesh.mesh.topology.index_map(self.mesh.mesh.topology.dim).size_local
+        blocks = self.V.dofmap.list[:owned].astype(np.int64)
+        return (bs * blocks[:, :, None] + np.arange(bs)).reshape(owned, -1)
+
+    def cell_stress(self) -> Floats:
+        """Cauchy stress at the cells' midpoints, owned and ghost: xx, yy, zz, xy, yz, xz [Pa]."""
+        stress: Callable[..., ufl.core.expr.Expr] = (
+            small_strain_stress if self.law.small_strain else cauchy_stress
+        )
+        s = stress(self.u, self._theta, self.law.energy, self._parameters)
+        places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+        return cell_values(self.mesh.mesh, ufl.as_vector([s[i, j] for i, j in places]))
+
+
+def _shape(mesh: BodyMesh) -> str:
+    """Whether cells are simplices or tensor products."""
+    return "simplex" if mesh.mesh.basix_cell().name in ("triangle", "tetrahedron") else "tensor"

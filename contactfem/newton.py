@@ -1,0 +1,209 @@
+"""Newton's method for one load step: the only place that drives PETSc's SNES."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from contactfem.condensed import Condensed, Interface
+from contactfem.contact import Conditions, History
+from contactfem.surfaces import Bools, Floats
+from contactfem.system import System
+from contactfem.timers import Timers
+
+CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
+ROUND_OFF = 64 * np.finfo(float).eps
+DIRECT_SOLVER = {
+    "ksp_type": "preonly",
+    "pc_type": "lu",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_6": "0",  # the rows of nonmortar nodes are built with a good diagonal
+    "mat_mumps_icntl_7": "2",  # AMF: a third faster than the default ordering in 2D
+    "mat_mumps_icntl_14": "60",
+}
+
+
+@dataclass(frozen=True)
+class SolveReport:
+    """How a solve ended; the same on all ranks.
+
+    Attributes:
+        converged: Whether the residual is small and the contact status stands.
+        reason: In words, empty when converged.
+        iterations: Newton iterations.
+        residuals: Scaled residual before each iteration and after the last [-].
+    """
+
+    converged: bool
+    reason: str
+    iterations: int
+    residuals: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class StepInput:
+    """What a step starts from.
+
+    Attributes:
+        t: Time at its end [s].
+        ramp_end: Time at which constant loads are reached [s].
+        histories: Operators at its start, per interface.
+        stick: Nodes that stick in the first iteration, per interface; None for trial states.
+    """
+
+    t: float
+    ramp_end: float
+    histories: tuple[History, ...]
+    stick: tuple[Bools, ...] | None
+
+
+class NewtonSolver:
+    """Solves load steps of a system with contact.
+
+    Args:
+        system: The bodies.
+        interfaces: The interfaces.
+        tolerance: Of the scaled residual [-].
+        max_iterations: Newton iterations at most.
+        options: PETSc options for the linear solver, over the defaults.
+        timers: Where time is booked.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        interfaces: Sequence[Interface],
+        tolerance: float,
+        max_iterations: int,
+        options: Mapping[str, str],
+        timers: Timers,
+    ) -> None:
+        self.system, self.timers = system, timers
+        self.condensed = Condensed(system, interfaces, timers)
+        self.tolerance, self.max_iterations = tolerance, max_iterations
+        self._options = DIRECT_SOLVER | dict(options)
+        stiffness = max(body.law.youngs_modulus for body in system.bodies)
+        self._floor = ROUND_OFF * stiffness * _extent(system)
+        self._snes = self._create()
+
+    def _create(self) -> PETSc.SNES:
+        snes = PETSc.SNES().create(self.system.comm)
+        snes.setOptionsPrefix("mech_")
+        options = PETSc.Options()
+        for key, value in ({"snes_linesearch_type": "basic"} | self._options).items():
+            options.setValue("mech_" + key, value)
+        snes.setType("newtonls")
+        snes.setFunction(self._function, self.system.x.duplicate())
+        snes.setJacobian(self._jacobian, self.system.create_matrix(self.system.pattern))
+        snes.setConvergenceTest(self._test)
+        snes.setTolerances(max_it=self.max_iterations + 1)
+        snes.setFromOptions()
+        return snes
+
+    def solve(self, step: StepInput) -> SolveReport:
+        """Solve a step from the present unknowns and displacements; collective.
+
+        Args:
+            step: What it starts from.
+
+        Returns:
+            How it ended; `conditions` and the bodies' displacements are those of the end.
+        """
+        self._step, self._seen, self._reason = step, {}, ""
+        self._residuals: list[float] = []
+        self._statuses: list[bytes] = []
+        self.conditions: list[Conditions] = []
+        self._first_jumps = self.system.advance(step.t, step.ramp_end)
+        self._evaluations = 0
+        try:
+            self._snes.solve(None, self.system.x)
+        except PETSc.Error as error:
+            reason = f"linear solver failed (PETSc error {error.ierr})"
+            return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
+        code = self._snes.getConvergedReason()
+        reason = "" if code > 0 else self._reason or f"PETSc SNES reason {code}"
+        return SolveReport(code > 0, reason, len(self._residuals) - 1, tuple(self._residuals))
+
+    def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
+        """Condensed residual."""
+        first = self._evaluations == 0
+        self._evaluations += 1
+        system = self.system
+        with self.timers.book("residual"):
+            system.spread(x)
+            self._jumps = jumps = self._first_jumps if first else [None] * len(system.bodies)
+            self._parts = system.residual(out, jumps)
+        with self.timers.book("contact.conditions"):
+            positions = self.positions()
+            stick = self._step.stick if first else None
+            self.conditions = self.condensed.evaluate(
+                positions, self._step.histories, stick, out
+            )
+
+    def positions(self) -> list[Floats]:
+        """Current positions of the nodes of every interface [m]; collective."""
+        t, ramp_end = self._step.t, self._step.ramp_end
+        return [i.nodes.positions(t, ramp_end) for i in self.condensed.interfaces]
+
+    def _test(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> int | None:
+        """Converged when the scaled residual is small and the status stands."""
+        norm = norms[2]
+        if its == 0:
+            self._initial = norm if np.isfinite(norm) else 0.0
+        scale = max(self._initial, self._forces())
+        self._residuals.append(norm / scale if scale > 0.0 else 0.0)
+        status = b"".join(
+            c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
+        )
+        stands = bool(self._statuses and self._statuses[-1] == status) or (
+            its == 0 and self._step.stick is None
+        )
+        self._seen[status] = self._seen.get(status, 0) + 1
+        self._statuses.append(status)
+        if not np.isfinite(norm):
+            self._reason = "the residual is not a number: a cell was turned inside out"
+            return DIVERGED_NAN
+        if norm <= max(self.tolerance * scale, self._floor) and stands:
+            return CONVERGED
+        if its >= self.max_iterations:
+            self._reason = (
+                f"no convergence in {its} iterations, residual {self._residuals[-1]:.1e}"
+            )
+            return DIVERGED_ITERATIONS
+        return None
+
+    def _forces(self) -> float:
+        """Size of the forces that the residual is compared with [N/m]."""
+        contact = [
+            np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions
+        ]
+        support = [np.linalg.norm(r) for r in self.system.reactions(self._parts)]
+        return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
+
+    def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
+        """Condensed tangent, factorised here so that its time is booked."""
+        with self.timers.book("contact.pattern"):
+            self.condensed.prepare(self.conditions)
+        self.condensed.fill(self.conditions, self._jumps)
+        A = self.condensed.matrix
+        damping = self._damping()
+        if damping < 1.0:
+            A.scale(1.0 / damping)
+        snes.setJacobian(self._jacobian, A, A)
+        snes.ksp.setOperators(A, A)
+        with self.timers.book("factorisation"):
+            snes.ksp.setUp()
+
+    def _damping(self) -> float:
+        """Half a step where a status set that was left comes back: it would cycle."""
+        last = self._statuses[-1]
+        left = len(self._statuses) > 1 and self._statuses[-2] != last
+        return 0.5 if left and self._seen[last] > 1 else 1.0
+
+
+def _extent(system: System) -> float:
+    """Largest coordinate or size of any body [m]."""
+    sizes = [float(np.abs(body.mesh.mesh.geometry.x).max(initial=0.0)) for body in system.bodies]
+    return float(system.comm.allreduce(max(sizes), MPI.MAX))
