@@ -9,6 +9,7 @@ import numpy.typing as npt
 import ufl
 from dolfinx.fem import FunctionSpace
 from dolfinx.mesh import Mesh, exterior_facet_indices
+
 from mpi4py import MPI
 
 from contactfem.compat import create_mesh
@@ -101,7 +102,9 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> BodyMesh:
         for name, s in surfaces.items()
     }
     ids = {name: k + 1 for k, name in enumerate(surfaces)}
-    integration = [(ids[name], pairs[rows].ravel()) for name, rows in owned.items()]
+    integration: list[tuple[int, Local]] = [
+        (ids[name], pairs[rows].ravel()) for name, rows in owned.items()
+    ]
     local = {name: facets[rows] for name, rows in owned.items()}
     return BodyMesh(mesh, surfaces, n_points, data, ids, local, integration)
 
@@ -150,7 +153,11 @@ def gather_vertex_values(
 
 
 def _boundary(mesh: Mesh, cell_type: CellName) -> tuple[Local, Local, Ints]:
-    """Owned exterior facets: local numbers (k,), pairs (cell, local facet) (k, 2), input vertices (k, nf)."""
+    """Owned exterior facets.
+
+    Returns:
+        Local numbers (k,), pairs of cell and local facet (k, 2), input vertices (k, nf).
+    """
     topology = mesh.topology
     tdim = topology.dim
     topology.create_connectivity(tdim - 1, tdim)
@@ -158,7 +165,7 @@ def _boundary(mesh: Mesh, cell_type: CellName) -> tuple[Local, Local, Ints]:
     facets = np.sort(exterior_facet_indices(topology)).astype(np.int32)
     table = np.array(FACETS[cell_type])
     to_cell = topology.connectivity(tdim - 1, tdim)
-    # Through the cell, not by entities_to_geometry: that one divides by zero where there are no facets.
+    # Through the cell: entities_to_geometry divides by zero where there are no facets.
     cells = to_cell.array[to_cell.offsets[facets]]
     of_cell = topology.connectivity(tdim, tdim - 1).array.reshape(-1, len(table))
     local = np.argmax(of_cell[cells] == facets[:, None], axis=1)

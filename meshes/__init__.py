@@ -1,8 +1,40 @@
 """Named geometries and mesh files: what a body's `mesh` may say in a case file."""
 
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Tag
+
 from contactfem.meshes.block import Block
+from contactfem.meshes.box import Box
+from contactfem.meshes.builder import Builder
+from contactfem.meshes.cylinder import Cylinder
 from contactfem.meshes.data import MeshData, Surface
+from contactfem.meshes.file import MeshFile
+from contactfem.meshes.graded_block import GradedBlock
+from contactfem.meshes.wave import Wave
 
-MeshSpec = Block
+__all__ = ["BUILDERS", "Builder", "MeshData", "MeshFile", "MeshSpec", "Surface"]
 
-__all__ = ["Block", "MeshData", "MeshSpec", "Surface"]
+BUILDERS = ("block", "box", "cylinder", "graded_block", "wave")
+
+
+def _kind(mesh: Any) -> str | None:
+    """Name of the model for a mesh table: that of its builder, or "file"."""
+    if isinstance(mesh, dict):
+        return "file" if "file" in mesh else mesh.get("builder")
+    return getattr(mesh, "builder", "file")
+
+
+MeshSpec = Annotated[
+    Annotated[Block, Tag("block")]
+    | Annotated[Box, Tag("box")]
+    | Annotated[Cylinder, Tag("cylinder")]
+    | Annotated[GradedBlock, Tag("graded_block")]
+    | Annotated[Wave, Tag("wave")]
+    | Annotated[MeshFile, Tag("file")],
+    Discriminator(
+        _kind,
+        custom_error_type="mesh_builder",
+        custom_error_message=f"must have 'file' or a 'builder', one of {', '.join(BUILDERS)}",
+    ),
+]

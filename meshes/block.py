@@ -13,13 +13,13 @@ from contactfem.units import Length
 Ratio = Annotated[float, Field(gt=0)]
 
 
-class Block(Builder):
-    """Rectangle with groups left, right, bottom, top.
+class Structured(Builder):
+    """Rectangular array of nx by ny cells.
 
-    `grading`: size of the last cell over that of the first, in x (left to right) and y (bottom to top).
+    `corner` is the lower left one; `pattern` says how triangles split a quadrilateral; `grading` is
+    the size of the last cell over that of the first, in x (left to right) and y (bottom to top).
     """
 
-    builder: Literal["block"] = "block"
     width: PositiveLength
     height: PositiveLength
     corner: tuple[Length, Length] = (0.0, 0.0)
@@ -29,11 +29,22 @@ class Block(Builder):
     pattern: Pattern = "right"
     grading: tuple[Ratio, Ratio] = (1.0, 1.0)
 
-    def build(self) -> MeshData:
-        """Structured mesh of nx by ny quadrilaterals, or of these split into triangles."""
+    def lines(self) -> tuple[Floats, Floats]:
+        """Coordinates (nx + 1,) and (ny + 1,) [m] of the lines of the array."""
         x = self.corner[0] + self.width * graded(self.nx, self.grading[0])
         y = self.corner[1] + self.height * graded(self.ny, self.grading[1])
-        return grid(np.stack(np.meshgrid(x, y), axis=-1), self.cell, self.pattern)
+        return x, y
+
+
+class Block(Structured):
+    """Rectangle with groups left, right, bottom, top."""
+
+    builder: Literal["block"] = "block"
+
+    def build(self) -> MeshData:
+        """Structured mesh of nx by ny quadrilaterals, or of these split into triangles."""
+        points = np.stack(np.meshgrid(*self.lines()), axis=-1)
+        return grid(points, self.cell, self.pattern)
 
     def outline(self) -> dict[str, Floats]:
         """The four sides."""

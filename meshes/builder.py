@@ -16,7 +16,7 @@ Count = Annotated[int, Field(ge=1)]
 class Builder(BaseModel, ABC):
     """A geometry with its mesh parameters, as a case file gives them."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     @abstractmethod
     def build(self) -> MeshData:
@@ -24,7 +24,7 @@ class Builder(BaseModel, ABC):
 
     @abstractmethod
     def outline(self) -> dict[str, Floats]:
-        """Boundary polyline (k, 2) [m] of every group, the body on the left; needs no mesh program."""
+        """Boundary polyline (k, 2) [m] of every group, the body on the left; without meshing."""
 
     def extent(self) -> Floats:
         """Smallest and largest coordinates (2, 2) [m] of the outline."""

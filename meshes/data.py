@@ -80,9 +80,7 @@ class MeshData:
         if facets is None or not len(facets):
             what = "has no facets" if facets is not None else "is not a group of this mesh"
             raise MeshError(f"'{name}' {what}; groups: {', '.join(self.groups) or 'none'}")
-        vertices, first, inverse = np.unique(
-            facets.ravel(), return_index=True, return_inverse=True
-        )
+        vertices, first, inverse = np.unique(facets.ravel(), return_index=True, return_inverse=True)
         walk = np.argsort(first)
         rank = np.empty_like(walk)
         rank[walk] = np.arange(len(walk))
@@ -119,16 +117,16 @@ def mesh_data(
 
 
 def jacobians(points: Floats, cells: Ints, cell_type: CellName) -> Floats:
-    """Jacobian determinants at the corners of every cell: (m, nv), or (m, 1) for simplices [m^dim]."""
+    """Jacobian determinants [m^dim] at every corner of every cell (m, nv), of simplices (m, 1)."""
     dim = points.shape[1]
     corners = range(2**dim) if cell_type in ("quadrilateral", "hexahedron") else [0]
     dets = []
     for a in corners:
+        bits = [1 << k for k in range(dim)]
         if len(corners) == 1:
-            ends, starts = np.arange(1, dim + 1), np.zeros(dim, dtype=int)
+            ends, starts = [*range(1, dim + 1)], [0] * dim
         else:
-            bits = 1 << np.arange(dim)
-            ends, starts = a | bits, a & ~bits
+            ends, starts = [a | bit for bit in bits], [a & ~bit for bit in bits]
         edges = points[cells[:, ends]] - points[cells[:, starts]]
         dets.append(np.linalg.det(edges))
     return np.stack(dets, axis=1)
@@ -159,7 +157,8 @@ def boundary_facets(cells: Ints, cell_type: CellName) -> Ints:
     _, inverse, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True
     )
-    return facets[count[inverse.reshape(-1)] == 1]
+    outer: Ints = facets[count[inverse.reshape(-1)] == 1]
+    return outer
 
 
 def matches(rows: Ints, table: Ints) -> Ints:
@@ -177,7 +176,8 @@ def matches(rows: Ints, table: Ints) -> Ints:
     inverse = inverse.reshape(-1)
     place = np.full(len(both), -1, dtype=np.int64)
     place[inverse[: len(table)]] = np.arange(len(table))
-    return place[inverse[len(table) :]]
+    found: Ints = place[inverse[len(table) :]]
+    return found
 
 
 def _oriented(name: str, facets: Ints, boundary: Ints) -> Ints:
@@ -185,12 +185,16 @@ def _oriented(name: str, facets: Ints, boundary: Ints) -> Ints:
     if not len(facets):
         return np.empty((0, boundary.shape[1]), dtype=np.int64)
     if facets.shape[1] != boundary.shape[1]:
-        raise MeshError(f"group '{name}' has facets of {facets.shape[1]} vertices, the cells have "
-                        f"{boundary.shape[1]}")
+        raise MeshError(
+            f"group '{name}' has facets of {facets.shape[1]} vertices, the cells have "
+            f"{boundary.shape[1]}"
+        )
     place = matches(facets, boundary)
     if np.any(place < 0):
-        raise MeshError(f"group '{name}': {np.sum(place < 0)} of {len(facets)} facets are not on "
-                        "the body's boundary")
+        raise MeshError(
+            f"group '{name}': {np.sum(place < 0)} of {len(facets)} facets are not on "
+            "the body's boundary"
+        )
     facets = boundary[np.unique(place)]
     return _walk(facets) if facets.shape[1] == 2 else facets
 

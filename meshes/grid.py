@@ -13,7 +13,7 @@ Pattern = Literal["left", "right", "alternating", "crossed"]
 def graded(n: int, ratio: float) -> Floats:
     """Nodes (n + 1,) in [0, 1] whose n intervals grow geometrically; ratio = last/first."""
     sizes = np.geomspace(1.0, ratio, n)
-    nodes = np.concatenate([[0.0], np.cumsum(sizes)]) / np.sum(sizes)
+    nodes: Floats = np.concatenate([[0.0], np.cumsum(sizes)]) / np.sum(sizes)
     nodes[-1] = 1.0
     return nodes
 
@@ -24,8 +24,8 @@ def grid(points: Floats, cell: Cell2D, pattern: Pattern) -> MeshData:
     Args:
         points: (ny + 1, nx + 1, 2) [m], x to the right along the second axis, y up along the first.
         cell: name of the cells.
-        pattern: how triangles split a quadrilateral: by the diagonal that rises to the left or to the
-            right, by both in turn, or by all four half diagonals.
+        pattern: how triangles split a quadrilateral: by the diagonal that rises to the left or to
+            the right, by both in turn, or by all four half diagonals.
 
     Returns:
         Mesh with the groups left, right, bottom, top.

@@ -5,6 +5,7 @@ import pytest
 import ufl
 from dolfinx import default_scalar_type, fem
 from dolfinx.mesh import compute_midpoints
+
 from mpi4py import MPI
 
 from contactfem.errors import MeshError
@@ -143,7 +144,7 @@ def test_local_facets_are_numbered_as_in_dolfinx(cell: str) -> None:
 
 
 def test_unknown_group() -> None:
-    with pytest.raises(MeshError, match="no group 'lid'; groups: left, right, bottom, top, contact"):
+    with pytest.raises(MeshError, match="no group 'lid'; groups: left, right"):
         spread(block(2, 2)).surface("lid")
 
 

@@ -1,0 +1,81 @@
+"""Half or quarter of a cylinder's cross section, fine where it touches."""
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.polygon import Edge, doubled, triangulate
+from contactfem.units import Length
+
+
+class Cylinder(Builder):
+    """Half disk, flat on the far side, or its half x >= x_point with a line of symmetry.
+
+    The arc passes through `point`; the body lies above it (`side` = "upper") or below it. Facets on
+    the arc have at most the length `size` within `zone` to the left and right of the point; from
+    there cells grow by `growth` per distance up to `coarse`.
+    Groups: contact (the fine part of the arc), arc (all of it), flat, and of a quarter axis.
+    """
+
+    builder: Literal["cylinder"] = "cylinder"
+    radius: PositiveLength
+    point: tuple[Length, Length] = (0.0, 0.0)
+    side: Literal["upper", "lower"] = "upper"
+    part: Literal["half", "quarter"] = "half"
+    zone: PositiveLength
+    size: PositiveLength
+    growth: Annotated[float, Field(gt=0, le=1)] = 0.1
+    coarse: PositiveLength | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.zone >= self.radius:
+            raise ValueError("zone: must be smaller than the radius")
+        if not self.size <= self.zone:
+            raise ValueError("size: must not be larger than the zone")
+        return self
+
+    def build(self) -> MeshData:
+        """Triangles; a half is a quarter and its mirror image."""
+        r = self.radius
+        coarse = max(self.size, self.coarse if self.coarse is not None else r / 8)
+        end = (self.zone, r - float(np.sqrt(r**2 - self.zone**2)))
+        edges = [
+            Edge((0.0, 0.0), end, ("contact", "arc"), (0.0, r), fine=True),
+            Edge(end, (r, r), ("arc",), (0.0, r)),
+            Edge((r, r), (0.0, r), ("flat",)),
+            Edge((0.0, r), (0.0, 0.0), ("axis",)),
+        ]
+        data = triangulate(edges, self.size, self.growth, coarse)
+        if self.part == "half":
+            data = doubled(data, "axis")
+        return mesh_data(self._placed(data.points), data.cells, data.cell_type, data.groups)
+
+    def outline(self) -> dict[str, Floats]:
+        """The arc by chords of about a degree, the straight sides by their ends."""
+        r, zone = self.radius, float(np.arcsin(self.zone / self.radius))
+        half = self.part == "half"
+        lines = {
+            "contact": self._arc(-zone if half else 0.0, zone),
+            "arc": self._arc(-np.pi / 2 if half else 0.0, np.pi / 2),
+            "flat": np.array([[r, r], [-r if half else 0.0, r]]),
+        }
+        if not half:
+            lines["axis"] = np.array([[0.0, r], [0.0, 0.0]])
+        turn = 1 if self.side == "upper" else -1
+        return {name: self._placed(line)[::turn] for name, line in lines.items()}
+
+    def _arc(self, start: float, end: float) -> Floats:
+        """Points of the arc between two angles from the contact point."""
+        angle = np.linspace(start, end, 1 + int(np.ceil((end - start) / np.deg2rad(1))))
+        points: Floats = self.radius * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
+        return points
+
+    def _placed(self, points: Floats) -> Floats:
+        """From the frame with the contact point at the origin and the body above it."""
+        up = 1.0 if self.side == "upper" else -1.0
+        placed: Floats = points * [1.0, up] + np.array(self.point)
+        return placed

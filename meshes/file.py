@@ -1,0 +1,129 @@
+"""A body's mesh from a file: gmsh's own format with physical groups, or whatever meshio reads."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator
+
+from contactfem.errors import MeshError
+from contactfem.meshes.builder import Builder
+from contactfem.meshes.data import (
+    CellName,
+    Floats,
+    Ints,
+    MeshData,
+    Surface,
+    boundary_facets,
+    matches,
+    mesh_data,
+)
+from contactfem.meshes.readers import RawMesh, read_gmsh, read_meshio
+from contactfem.units import Length
+
+# A cell's name in files: its dimension, our name, its vertices in dolfinx order.
+CELLS: dict[str, tuple[int, CellName, list[int]]] = {
+    "triangle": (2, "triangle", [0, 1, 2]),
+    "quad": (2, "quadrilateral", [0, 1, 3, 2]),
+    "tetra": (3, "tetrahedron", [0, 1, 2, 3]),
+    "hexahedron": (3, "hexahedron", [0, 1, 3, 2, 4, 5, 7, 6]),
+}
+
+
+class MeshFile(Builder):
+    """Mesh file with coordinates in the length `unit`.
+
+    Its named groups of facets are the body's surfaces. `body` names a group of cells, where the
+    file holds more than this body. A relative path starts at the case file's folder.
+    """
+
+    file: Path
+    unit: Length = Field(gt=0)
+    body: str | None = None
+
+    @field_validator("unit", mode="before")
+    @classmethod
+    def _one(cls, value: Any) -> Any:
+        return f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value
+
+    @field_validator("file")
+    @classmethod
+    def _found(cls, value: Path, info: ValidationInfo) -> Path:
+        path = Path((info.context or {}).get("folder", "")) / value
+        if not path.is_file():
+            raise ValueError(f"there is no file '{path}'")
+        return path
+
+    def build(self) -> MeshData:
+        """Mesh of the body, its lengths converted.
+
+        Raises:
+            MeshError: not a mesh, mixed or unknown kinds of cells, or no such body.
+        """
+        try:
+            read = read_gmsh if self.file.suffix == ".msh" else read_meshio
+            return self._body(read(self.file))
+        except MeshError as error:
+            raise MeshError(f"{self.file}: {error}") from error
+
+    def outline(self) -> dict[str, Floats]:
+        """Boundary polylines of the groups; reads the file. In 3D the groups' points."""
+        data = self.build()
+        return {name: polyline(data.surface(name)) for name, f in data.groups.items() if len(f)}
+
+    def _body(self, raw: RawMesh) -> MeshData:
+        """The body's cells and facet groups out of everything in the file."""
+        chosen = raw.groups.get(self.body, {}) if self.body is not None else raw.cells
+        kinds = [kind for kind in CELLS if kind in chosen]
+        dim = max((CELLS[kind][0] for kind in kinds), default=0)
+        kinds = [kind for kind in kinds if CELLS[kind][0] == dim]
+        if self.body is not None and not kinds:
+            names = [name for name, parts in raw.groups.items() if CELLS.keys() & parts.keys()]
+            raise MeshError(
+                f"no group of cells '{self.body}'; there are: {', '.join(names) or 'none'}"
+            )
+        if len(kinds) != 1:
+            raise MeshError(
+                f"a body needs cells of one kind: {', '.join(CELLS)}; found: "
+                f"{', '.join(kinds or raw.cells) or 'none'}"
+            )
+        _, cell_type, order = CELLS[kinds[0]]
+        cells = chosen[kinds[0]][:, order]
+        points = _flat(raw.points, cells) if dim == 2 else raw.points
+        facet_kinds = {2: ["line"], 3: ["triangle", "quad"]}[dim]
+        groups = {
+            name: parts[kind]
+            for name, parts in raw.groups.items()
+            for kind in facet_kinds
+            if kind in parts and name != self.body
+        }
+        if self.body is not None:
+            boundary = boundary_facets(cells, cell_type)
+            groups = {name: f[matches(f, boundary) >= 0] for name, f in groups.items()}
+            groups = {name: f for name, f in groups.items() if len(f)}
+        return mesh_data(points * self.unit, cells, cell_type, groups)
+
+
+def polyline(surface: Surface) -> Floats:
+    """Points along a 2D surface, with a row of NaN between separate chains; in 3D its points."""
+    if surface.X.shape[1] == 3:
+        return surface.X
+    a, b = surface.facets.T
+    breaks = np.flatnonzero(a[1:] != b[:-1]) + 1
+    chains = np.split(np.arange(len(a)), breaks)
+    gap = np.full((1, 2), np.nan)
+    parts = [part for k in chains for part in (gap, surface.X[a[k]], surface.X[b[k[-1:]]])]
+    return np.concatenate(parts[1:])
+
+
+def _flat(points: Floats, cells: Ints) -> Floats:
+    """Points in the x-y plane.
+
+    Raises:
+        MeshError: the surface is not in a plane of constant z.
+    """
+    xyz = points[np.unique(cells)]
+    size = np.ptp(xyz, axis=0)
+    if size[2] > 1e-9 * max(size[0], size[1]):
+        raise MeshError("a plane mesh must lie in a plane of constant z")
+    return points[:, :2]

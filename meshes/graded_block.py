@@ -1,0 +1,74 @@
+"""Rectangle of triangles that is fine on a part of its top or bottom."""
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from contactfem.meshes.block import rectangle
+from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.polygon import Edge, triangulate
+from contactfem.units import Length
+
+
+class GradedBlock(Builder):
+    """Rectangle that is fine on a part of one side.
+
+    Facets have at most the length `size` on the part `zone` of the top or bottom (`side`).
+    `corner` is the lower left one, `zone` the smallest and largest x of the fine part. From there
+    cells grow by `growth` per distance up to `coarse`.
+    Groups: left, right, bottom, top, and contact, the fine part.
+    """
+
+    builder: Literal["graded_block"] = "graded_block"
+    width: PositiveLength
+    height: PositiveLength
+    corner: tuple[Length, Length] = (0.0, 0.0)
+    side: Literal["top", "bottom"] = "top"
+    zone: tuple[Length, Length]
+    size: PositiveLength
+    growth: Annotated[float, Field(gt=0, le=1)] = 0.1
+    coarse: PositiveLength | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        x0, x1 = self.corner[0], self.corner[0] + self.width
+        slack = 1e-9 * self.width
+        if not x0 - slack <= self.zone[0] < self.zone[1] <= x1 + slack:
+            raise ValueError(f"zone: must be a part of the width, from {x0} m to {x1} m")
+        return self
+
+    def build(self) -> MeshData:
+        """Triangles, made with the fine part on top and turned over if it is the bottom."""
+        w, h = self.width, self.height
+        coarse = max(self.size, self.coarse if self.coarse is not None else max(w, h) / 8)
+        a, b = self._zone()
+        other = "bottom" if self.side == "top" else "top"
+        edges = [
+            Edge((0.0, 0.0), (w, 0.0), (other,)),
+            Edge((w, 0.0), (w, h), ("right",)),
+            Edge((w, h), (b, h), (self.side,)),
+            Edge((b, h), (a, h), (self.side, "contact"), fine=True),
+            Edge((a, h), (0.0, h), (self.side,)),
+            Edge((0.0, h), (0.0, 0.0), ("left",)),
+        ]
+        edges = [edge for edge in edges if edge.start != edge.end]
+        data = triangulate(edges, self.size, self.growth, coarse)
+        points = data.points if self.side == "top" else data.points * [1, -1] + [0, h]
+        return mesh_data(points + np.array(self.corner), data.cells, data.cell_type, data.groups)
+
+    def outline(self) -> dict[str, Floats]:
+        """The four sides and the fine part."""
+        x0, y0 = self.corner
+        sides = rectangle(x0, y0, x0 + self.width, y0 + self.height)
+        fine = sides[self.side].copy()
+        a, b = self._zone()
+        fine[:, 0] = (x0 + a, x0 + b) if self.side == "bottom" else (x0 + b, x0 + a)
+        return sides | {"contact": fine}
+
+    def _zone(self) -> tuple[float, float]:
+        """Ends of the fine part, from the left side; those of the whole side if all but there."""
+        a, b = (x - self.corner[0] for x in self.zone)
+        slack = 1e-9 * self.width
+        return 0.0 if a < slack else a, self.width if b > self.width - slack else b

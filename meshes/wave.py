@@ -1,0 +1,55 @@
+"""Rectangle with one wavy side."""
+
+from typing import Literal
+
+import numpy as np
+
+from contactfem.meshes.block import Structured, rectangle
+from contactfem.meshes.builder import PositiveLength
+from contactfem.meshes.data import Floats, MeshData
+from contactfem.meshes.grid import grid
+from contactfem.units import Length
+
+
+class Wave(Structured):
+    """Rectangle with groups left, right, bottom, top; one `side`, bottom or top, is a wave.
+
+    It recedes from the straight line by amplitude (1 - cos(2 pi (x - crest) / wavelength)).
+    """
+
+    builder: Literal["wave"] = "wave"
+    amplitude: PositiveLength
+    wavelength: PositiveLength
+    crest: Length = 0.0
+    side: Literal["bottom", "top"] = "bottom"
+
+    def build(self) -> MeshData:
+        """Structured mesh; each column is stretched between its ends."""
+        x, y = self.lines()
+        depth = (y - y[0]) / self.height
+        if self.side == "bottom":
+            points_y = y[:, None] + np.outer(1 - depth, self.recess(x))
+        else:
+            points_y = y[:, None] - np.outer(depth, self.recess(x))
+        points = np.stack([np.broadcast_to(x, points_y.shape), points_y], axis=-1)
+        return grid(points, self.cell, self.pattern)
+
+    def outline(self) -> dict[str, Floats]:
+        """The four sides; the wavy one by its nodes."""
+        x, y = self.lines()
+        recess = self.recess(x)
+        low = recess[[0, -1]] if self.side == "bottom" else np.zeros(2)
+        high = recess[[0, -1]] if self.side == "top" else np.zeros(2)
+        sides = rectangle(x[0], y[0], x[-1], y[-1])
+        sides["left"][:, 1] += [-high[0], low[0]]
+        sides["right"][:, 1] += [low[1], -high[1]]
+        if self.side == "bottom":
+            sides["bottom"] = np.stack([x, y[0] + recess], axis=1)
+        else:
+            sides["top"] = np.stack([x, y[-1] - recess], axis=1)[::-1]
+        return sides
+
+    def recess(self, x: Floats) -> Floats:
+        """How far the wavy side lies behind the straight one at x [m]."""
+        phase = 2 * np.pi * (x - self.crest) / self.wavelength
+        return np.asarray(self.amplitude * (1 - np.cos(phase)))

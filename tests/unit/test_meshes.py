@@ -1,0 +1,251 @@
+"""Every builder's mesh fills its outline, with named sides that face outward."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from contactfem.errors import MeshError
+from contactfem.meshes import BUILDERS, Builder, MeshSpec
+from contactfem.meshes.data import MeshData, boundary_facets, jacobians, mesh_data
+from contactfem.meshes.polygon import Edge, triangulate
+
+PI = np.pi
+BLOCK = {"builder": "block", "width": "2 m", "height": "1 m", "nx": 7, "ny": 4}
+WAVE = {"builder": "wave", "width": "2 m", "height": "1 m", "nx": 16, "ny": 3}
+WAVE |= {"amplitude": "10 mm", "wavelength": "2 m"}
+DISK = {"builder": "cylinder", "radius": "8 mm", "zone": "0.9 mm", "size": "50 um", "growth": 0.2}
+FINE = {"builder": "graded_block", "width": "100 mm", "height": "200 mm", "zone": ["0 mm", "9 mm"]}
+FINE |= {"size": "0.5 mm", "growth": 0.2}
+BOX = {"builder": "box", "width": "2 m", "height": "1 m", "depth": "3 m", "nx": 3, "ny": 2, "nz": 4}
+FLAT: dict[str, dict[str, Any]] = {
+    "block": BLOCK,
+    "graded": BLOCK | {"grading": [3, 0.5], "corner": ["-1 m", "2 m"]},
+    "right": BLOCK | {"cell": "triangle"},
+    "left": BLOCK | {"cell": "triangle", "pattern": "left"},
+    "alternating": BLOCK | {"cell": "triangle", "pattern": "alternating"},
+    "crossed": BLOCK | {"cell": "triangle", "pattern": "crossed"},
+    "one cell": BLOCK | {"nx": 1, "ny": 1},
+    "wave below": WAVE,
+    "wave above": WAVE | {"side": "top", "width": "1 m", "grading": [1, 0.2], "cell": "triangle"},
+    "half disk": DISK,
+    "lower half disk": DISK | {"side": "lower", "point": ["1 mm", "2 mm"]},
+    "quarter disk": DISK | {"part": "quarter"},
+    "lower quarter disk": DISK | {"part": "quarter", "side": "lower", "point": ["1 mm", "2 mm"]},
+    "fine corner": FINE | {"corner": ["0 mm", "-200 mm"]},
+    "fine below": FINE | {"zone": ["20 mm", "40 mm"], "side": "bottom"},
+    "fine side": FINE | {"zone": ["0 mm", "100 mm"], "size": "2 mm"},
+}
+SOLID: dict[str, dict[str, Any]] = {
+    "hexahedra": BOX,
+    "tetrahedra": BOX | {"cell": "tetrahedron", "corner": ["1 m", "2 m", "3 m"]},
+    "turned": BOX | {"cell": "tetrahedron", "rotate": 1},
+}
+ALL = FLAT | SOLID
+
+
+def spec(**table: Any) -> Builder:
+    return TypeAdapter(MeshSpec).validate_python(table, context={"strict_units": True})
+
+
+@pytest.fixture(scope="module")
+def built() -> Callable[[str], MeshData]:
+    known: dict[str, MeshData] = {}
+    return lambda name: known.setdefault(name, spec(**ALL[name]).build())
+
+
+def enclosed(polyline: np.ndarray) -> float:
+    """Its share of the area inside a counter-clockwise boundary, ∮ x dy - y dx over 2."""
+    (x, y), (dx, dy) = (polyline[:-1] + polyline[1:]).T / 2, np.diff(polyline, axis=0).T
+    return float(np.sum(x * dy - y * dx)) / 2
+
+
+def test_every_builder_is_tested() -> None:
+    assert {table["builder"] for table in ALL.values()} == set(BUILDERS)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_groups_cover_the_boundary_outward(name: str, built: Callable[[str], MeshData]) -> None:
+    """Every boundary facet is in a group, turned like its cell; only the fine part is in two."""
+    data = built(name)
+    assert np.all(jacobians(data.points, data.cells, data.cell_type) > 0)
+    assert np.array_equal(np.unique(data.cells), np.arange(len(data.points)))
+    boundary = {tuple(f) for f in boundary_facets(data.cells, data.cell_type)}
+    named = [tuple(f) for group, fs in data.groups.items() if group != "contact" for f in fs]
+    assert len(named) == len(boundary)
+    assert set(named) == boundary
+    if "contact" in data.groups:
+        parent = data.groups["arc" if "arc" in data.groups else ALL[name].get("side", "top")]
+        assert {tuple(f) for f in data.groups["contact"]} <= {tuple(f) for f in parent}
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_area_by_cells_and_by_boundary(name: str, built: Callable[[str], MeshData]) -> None:
+    """Cells add up to what the oriented boundary encloses: no overlap, no hole, all outward."""
+    data = built(name)
+    share = 0.5 if data.cell_type == "triangle" else 1.0
+    area = share * jacobians(data.points, data.cells, data.cell_type).mean(axis=1).sum()
+    around = boundary_facets(data.cells, data.cell_type)
+    assert area == pytest.approx(sum(enclosed(data.points[f]) for f in around), rel=1e-12)
+    exact = {"block": 2.0, "wave": 2.0 - 0.02, "cylinder": PI * 32e-6, "graded_block": 0.02}
+    expected = exact[ALL[name]["builder"]]
+    expected *= 0.5 if "quarter" in name or name == "wave above" else 1.0
+    assert area == pytest.approx(expected, rel=4e-3 if "disk" in name else 1e-12)
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_outline_is_the_boundary(name: str, built: Callable[[str], MeshData]) -> None:
+    """Same groups, ends and direction as the mesh; the same area up to the chords of an arc."""
+    data, outline = built(name), spec(**ALL[name]).outline()
+    assert outline.keys() == data.groups.keys()
+    size = np.ptp(data.points)
+    for group, line in outline.items():
+        walk = data.surface(group)
+        chain = np.arange(len(walk.vertices))
+        assert np.array_equal(walk.facets, np.stack([chain[:-1], chain[1:]], axis=1))
+        np.testing.assert_allclose(line[[0, -1]], walk.X[[0, -1]], atol=1e-14 * size)
+        error = 2e-3 * size**2 if group in ("arc", "contact") else 1e-14 * size**2
+        assert enclosed(line) == pytest.approx(enclosed(walk.X), abs=error)
+    low, high = spec(**ALL[name]).extent()
+    np.testing.assert_allclose(data.points.min(axis=0), low, atol=1e-4 * size)
+    np.testing.assert_allclose(data.points.max(axis=0), high, atol=1e-4 * size)
+
+
+@pytest.mark.parametrize("name", SOLID)
+def test_solids(name: str, built: Callable[[str], MeshData]) -> None:
+    """Volume by cells and, through the divergence of x/3, by the oriented sides."""
+    data = built(name)
+    share = 1 / 6 if data.cell_type == "tetrahedron" else 1.0
+    volume = share * jacobians(data.points, data.cells, data.cell_type).mean(axis=1).sum()
+    assert volume == pytest.approx(6, rel=1e-13)
+    flux = 0.0
+    for facets in data.groups.values():
+        a, b, c = np.moveaxis(data.points[facets[:, :3]], 1, 0)
+        middle = data.points[facets].mean(axis=1)
+        normal = np.cross(b - a, c - a) / (2 if data.cell_type == "tetrahedron" else 1)
+        flux += float(np.sum(middle * normal)) / 3
+    assert flux == pytest.approx(6, rel=1e-13)
+    outline = spec(**ALL[name]).outline()
+    for group, corners in outline.items():
+        X = data.surface(group).X
+        np.testing.assert_allclose(
+            [X.min(axis=0), X.max(axis=0)], [corners.min(axis=0), corners.max(axis=0)], atol=1e-14
+        )
+
+
+def test_turned_tetrahedra_do_not_match(built: Callable[[str], MeshData]) -> None:
+    plain, turned = (
+        {tuple(np.sort(f)) for f in built_.groups["top"]}
+        for built_ in (spec(**BOX | {"cell": "tetrahedron"}).build(), built("turned"))
+    )
+    assert not plain & turned
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 0.25])
+def test_grading(ratio: float) -> None:
+    """Neighbouring cells grow by one factor; last over first is the ratio."""
+    X = spec(**BLOCK | {"grading": [ratio, 1]}).build().surface("bottom").X[:, 0]
+    sizes = np.diff(X)
+    np.testing.assert_allclose(sizes[1:] / sizes[:-1], ratio ** (1 / 6), rtol=1e-12)
+    assert X[0] == 0 and X[-1] == 2
+
+
+def test_wave_is_the_formula() -> None:
+    data = spec(**WAVE | {"corner": ["1 m", "5 m"], "crest": "0.5 m"}).build()
+    x, y = data.surface("bottom").X.T
+    np.testing.assert_allclose(y, 5 + 0.01 * (1 - np.cos(PI * (x - 0.5))), rtol=1e-15)
+    assert np.allclose(data.surface("top").X[:, 1], 6, rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["half disk", "lower half disk", "quarter disk"])
+def test_fine_facets_are_equal_and_on_the_circle(
+    name: str, built: Callable[[str], MeshData]
+) -> None:
+    data = built(name)
+    centre = np.array([1e-3, 2e-3 - 8e-3]) if "lower" in name else np.array([0, 8e-3])
+    arc = data.surface("arc").X - centre
+    np.testing.assert_allclose(np.hypot(*arc.T), 8e-3, rtol=1e-15)
+    fine = data.surface("contact").X
+    lengths = np.hypot(*np.diff(fine, axis=0).T)
+    assert np.ptp(lengths) < 1e-12 * lengths[0]
+    assert 0.9 * 50e-6 < lengths[0] <= 50e-6
+    assert np.max(np.abs(fine[:, 0] - centre[0])) == pytest.approx(0.9e-3, rel=1e-12)
+    touching = centre + np.array([0, 8e-3 if "lower" in name else -8e-3])
+    assert np.min(np.abs(fine - touching).sum(axis=1)) < 1e-17 + 1e-15 * np.abs(touching).sum()
+
+
+def test_half_disk_is_symmetric(built: Callable[[str], MeshData]) -> None:
+    points = built("half disk").points
+    mirrored = {tuple(p) for p in points * [-1, 1] + 0.0}
+    assert mirrored == {tuple(p) for p in points + 0.0}
+
+
+def test_cells_grow_away_from_the_fine_edge(built: Callable[[str], MeshData]) -> None:
+    """Cell size is size + growth * distance within a factor of two; the fine part is even."""
+    data = built("fine below")
+    middle = data.points[data.cells].mean(axis=1)
+    length = np.sqrt(jacobians(data.points, data.cells, "triangle")[:, 0] * 2 / np.sqrt(3))
+    aside = np.maximum(0, np.abs(middle[:, 0] - 30e-3) - 10e-3)
+    wanted = np.minimum(0.5e-3 + 0.2 * np.hypot(aside, middle[:, 1]), 25e-3)
+    assert np.all((length < 2 * wanted) & (length > wanted / 2))
+    lengths = np.diff(data.surface("contact").X[:, 0])
+    np.testing.assert_allclose(lengths, 0.5e-3, rtol=1e-12)
+
+
+def test_same_mesh_every_time() -> None:
+    first, second = (spec(**DISK).build() for _ in range(2))
+    assert np.array_equal(first.points, second.points)
+    assert np.array_equal(first.cells, second.cells)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"builder": "sphere"}, "block, box, cylinder"),
+        ({}, "'file' or a 'builder'"),
+        (BLOCK | {"nx": 0}, "greater than or equal to 1"),
+        (BLOCK | {"height": "-1 m"}, "greater than 0"),
+        (BLOCK | {"height": "1 s"}, "length"),
+        (BLOCK | {"depth": "1 m"}, "depth"),
+        (DISK | {"zone": "8 mm"}, "zone: must be smaller"),
+        (DISK | {"size": "1 mm"}, "size: must not be larger"),
+        (FINE | {"zone": ["9 mm", "101 mm"]}, "zone: must be a part"),
+    ],
+)
+def test_wrong_parameters(table: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        spec(**table)
+
+
+def test_unusable_meshes() -> None:
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    with pytest.raises(MeshError, match="flat or twisted"):
+        mesh_data(square, np.array([[0, 1, 3, 2]]), "quadrilateral", {})
+    with pytest.raises(MeshError, match="group 'cut': 1 of 1 facets are not on"):
+        mesh_data(square, np.array([[0, 1, 3], [0, 3, 2]]), "triangle", {"cut": np.array([[0, 3]])})
+    data = mesh_data(square, np.array([[0, 1, 2]]), "triangle", {"none": np.empty((0, 2), int)})
+    assert len(data.points) == 3
+    with pytest.raises(MeshError, match="'none' has no facets"):
+        data.surface("none")
+    with pytest.raises(MeshError, match="'lid' is not a group of this mesh; groups: none"):
+        data.surface("lid")
+    with pytest.raises(MeshError, match="gmsh cannot mesh"):
+        there, back = ((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (0.0, 0.0))
+        triangulate([Edge(*there, ("side",), fine=True), Edge(*back, ("side",))], 0.1, 0.1, 0.2)
+
+
+def test_mirrored_cells_are_turned() -> None:
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * [-1, 1]
+    data = mesh_data(square, np.array([[0, 1, 2, 3]]), "quadrilateral", {"low": np.array([[0, 1]])})
+    assert np.all(jacobians(data.points, data.cells, data.cell_type) > 0)
+    assert data.groups["low"].tolist() == [[1, 0]]
+
+
+def test_a_surface_of_two_chains_is_walked_chain_by_chain() -> None:
+    data = spec(**BLOCK).build()
+    both = np.concatenate([data.groups["top"][::-1], data.groups["bottom"]])
+    surface = mesh_data(data.points, data.cells, data.cell_type, {"both": both}).surface("both")
+    np.testing.assert_array_equal(surface.facets[:, 1] - surface.facets[:, 0], 1)
+    assert np.sum(surface.facets[1:, 0] != surface.facets[:-1, 1]) == 1
