@@ -29,4 +29,4 @@ class Builder(BaseModel, ABC):
     def extent(self) -> Floats:
         """Smallest and largest coordinates (2, 2) [m] of the outline."""
         points = np.concatenate(list(self.outline().values()))
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        return np.array([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])

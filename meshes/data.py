@@ -154,11 +154,18 @@ def positive(points: Floats, cells: Ints, cell_type: CellName) -> Ints:
 def boundary_facets(cells: Ints, cell_type: CellName) -> Ints:
     """Facets (k, nf) that belong to one cell only, oriented outward."""
     facets = np.concatenate([cells[:, list(local)] for local in FACETS[cell_type]])
-    _, inverse, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    outer: Ints = facets[count[inverse.reshape(-1)] == 1]
+    number = _numbered(facets)
+    outer: Ints = facets[np.bincount(number)[number] == 1]
     return outer
+
+
+def _numbered(rows: Ints) -> Ints:
+    """Numbers (k,) from 0 for rows (k, n) of vertices, equal where the rows are equal as sets."""
+    columns = np.sort(rows, axis=1).T
+    number: Ints = columns[0]
+    for column in columns[1:]:
+        _, number = np.unique(number * (rows.max() + 1) + column, return_inverse=True)
+    return number
 
 
 def matches(rows: Ints, table: Ints) -> Ints:
@@ -171,12 +178,10 @@ def matches(rows: Ints, table: Ints) -> Ints:
     Returns:
         (k,) indices into `table`.
     """
-    both = np.sort(np.concatenate([table, rows]), axis=1)
-    _, inverse = np.unique(both, axis=0, return_inverse=True)
-    inverse = inverse.reshape(-1)
-    place = np.full(len(both), -1, dtype=np.int64)
-    place[inverse[: len(table)]] = np.arange(len(table))
-    found: Ints = place[inverse[len(table) :]]
+    number = _numbered(np.concatenate([table, rows]))
+    place = np.full(len(number), -1, dtype=np.int64)
+    place[number[: len(table)]] = np.arange(len(table))
+    found: Ints = place[number[len(table) :]]
     return found
 
 

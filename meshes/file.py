@@ -1,5 +1,6 @@
 """A body's mesh from a file: gmsh's own format with physical groups, or whatever meshio reads."""
 
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,11 @@ class MeshFile(Builder):
         Raises:
             MeshError: not a mesh, mixed or unknown kinds of cells, or no such body.
         """
+        return self._mesh
+
+    @cached_property
+    def _mesh(self) -> MeshData:
+        """The mesh, read once."""
         try:
             read = read_gmsh if self.file.suffix == ".msh" else read_meshio
             return self._body(read(self.file))
@@ -70,6 +76,11 @@ class MeshFile(Builder):
         """Boundary polylines of the groups; reads the file. In 3D the groups' points."""
         data = self.build()
         return {name: polyline(data.surface(name)) for name, f in data.groups.items() if len(f)}
+
+    def extent(self) -> Floats:
+        """Smallest and largest coordinates (2, dim) [m]; reads the file."""
+        points = self.build().points
+        return np.array([points.min(axis=0), points.max(axis=0)])
 
     def _body(self, raw: RawMesh) -> MeshData:
         """The body's cells and facet groups out of everything in the file."""

@@ -85,6 +85,16 @@ def test_outline(write: Callable[..., Path]) -> None:
     np.testing.assert_allclose([low, high], [[0, 0], [2e-3, 2e-3]], atol=1e-15)
 
 
+def test_outline_of_separate_pieces_has_gaps(tmp_path: Path) -> None:
+    lines = ("line", np.array([[1, 2], [4, 3], [0, 1]]))
+    numbers = [np.array([0, 0]), np.array([5, 5, 5])]
+    mesh = meshio.Mesh(POINTS, [QUADS, lines], cell_data={"part": numbers})
+    mesh.write(tmp_path / "sides.vtu")
+    line = read(tmp_path / "sides.vtu", unit="m").outline()["5"]
+    gap = [np.nan, np.nan]
+    np.testing.assert_array_equal(line, [[0, 0], [1, 0], [2, 0], gap, [1, 1], [0, 1]])
+
+
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]])
 QUADS = ("quad", np.array([[0, 1, 4, 3], [1, 2, 5, 4]]))
 

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from contactfem.errors import MeshError
 from contactfem.meshes.block import Block
+from contactfem.meshes.box import Box
 from contactfem.meshes.data import FACETS, MeshData, mesh_data
 from contactfem.meshing import BodyMesh, distribute, dof_of_vertex, gather_vertex_values
 
@@ -52,6 +53,26 @@ def test_measure_sees_the_right_facets() -> None:
     assert integral(body, n[1] * x[0] * body.ds("top")) == pytest.approx(4, rel=1e-13)
     assert integral(body, n[1] * x[0] * body.ds("bottom")) == pytest.approx(-4, rel=1e-13)
     assert integral(body, n[0] * x[1] * body.ds("left")) == pytest.approx(-3.5, rel=1e-13)
+
+
+@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
+def test_solids(cell: str) -> None:
+    """Sides of a box: areas, normals, and the same replicated surfaces."""
+    data = Box(width=2, height=1, depth=3, nx=3, ny=1, nz=2, cell=cell).build()
+    body = spread(data)
+    x, n = ufl.SpatialCoordinate(body.mesh), ufl.FacetNormal(body.mesh)
+    areas = {"left": 3, "right": 3, "bottom": 6, "top": 6, "back": 2, "front": 2}
+    for name, area in areas.items():
+        flux = {"right": 2 * area, "top": area, "front": 3 * area}.get(name, 0)
+        assert integral(body, ufl.inner(x, n) * body.ds(name)) == pytest.approx(flux, abs=1e-13)
+        assert integral(body, ufl.inner(n, n) * body.ds(name)) == pytest.approx(area, rel=1e-13)
+        np.testing.assert_array_equal(body.groups[name], data.groups[name])
+    V = fem.functionspace(body.mesh, ("Lagrange", 1, (3,)))
+    u = fem.Function(V)
+    u.interpolate(lambda x: x)
+    gathered = gather_vertex_values(COMM, body, V, u.x.array)
+    if COMM.rank == 0:
+        np.testing.assert_allclose(gathered, data.points, atol=1e-14)
 
 
 def test_owned_facets_cover_each_group_once() -> None:
