@@ -1,6 +1,7 @@
 """Make the checkout importable as the installed package would be, wherever Python is started.
 
-`packaging/enter` puts this folder on PYTHONPATH. Sources come live from the checkout, the compiled kernels from the cache.
+`packaging/enter` puts this folder on PYTHONPATH. Sources come live from the checkout, the compiled
+kernels from the cache.
 """
 
 import os
