@@ -39,7 +39,7 @@ class MeshFile(Builder):
     """
 
     file: Path
-    unit: Length = Field(gt=0)
+    unit: Length = Field(gt=0, description="length unit of the coordinates", examples=["mm"])
     body: str | None = None
 
     @field_validator("unit", mode="before")

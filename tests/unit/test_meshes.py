@@ -1,5 +1,6 @@
 """Every builder's mesh fills its outline, with named sides that face outward."""
 
+import signal
 from collections.abc import Callable
 from typing import Any
 
@@ -198,6 +199,13 @@ def test_same_mesh_every_time() -> None:
     first, second = (spec(**DISK).build() for _ in range(2))
     assert np.array_equal(first.points, second.points)
     assert np.array_equal(first.cells, second.cells)
+
+
+def test_gmsh_leaves_the_signal_handler_alone() -> None:
+    """A run that writes its state when interrupted must still be able to after meshing."""
+    before = signal.getsignal(signal.SIGINT)
+    spec(**DISK).build()
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 @pytest.mark.parametrize(
