@@ -44,7 +44,7 @@ class Time(Model):
 
 
 class Solver(Model):
-    """Newton's method: `tolerance` of the scaled residual; `petsc`: options for the linear solver."""
+    """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options."""
 
     tolerance: Fraction = 1e-10
     max_iterations: Annotated[Count, Field(ge=1)] = 30
@@ -131,8 +131,8 @@ class Case(Model):
     conditions: tuple[Condition, ...] = ()
     probes: dict[Name, Probe] = {}
     closed_form: dict[Name, ClosedForm] = {}
-    solver: Solver = Solver()
-    output: Output = Output()
+    solver: Solver = Field(default_factory=Solver)
+    output: Output = Field(default_factory=Output)
     expect: dict[str, Expectation] = {}
     variants: dict[Name, dict[str, Any]] = {}
     path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
@@ -150,9 +150,7 @@ class Case(Model):
         return 3 if self.dimension == "3d" else 2
 
 
-def read_case(
-    path: Path | str, overrides: Sequence[str] = (), variant: str | None = None
-) -> Case:
+def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | None = None) -> Case:
     """Read a case file.
 
     Args:

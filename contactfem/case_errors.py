@@ -1,4 +1,4 @@
-"""Say what pydantic found wrong as lines "dotted.key = found: what is allowed; did you mean 'x'?"."""
+"""Say what pydantic found wrong: "dotted.key = found: what is allowed; did you mean 'x'?"."""
 
 import json
 from collections.abc import Iterable, Sequence

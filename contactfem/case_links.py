@@ -105,7 +105,7 @@ def _conditions(case: Case) -> Iterator[str]:
 
 
 def _components(case: Case, key: str, condition: Condition) -> Iterator[str]:
-    axes = set(AXES[: case.axes])
+    axes: set[str] = set(AXES[: case.axes])
     grip = condition.grip
     parts: dict[str, set[str]] = {
         "displacement": set(condition.displacement or {}),

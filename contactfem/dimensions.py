@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from difflib import get_close_matches
 
 from contactfem.errors import ContactfemError
@@ -45,9 +46,7 @@ class Unit:
     def __pow__(self, power: float) -> "Unit":
         """Raise to a power."""
         a = self.exponents
-        return Unit(
-            self.factor**power, (a[0] * power, a[1] * power, a[2] * power, a[3] * power)
-        )
+        return Unit(self.factor**power, (a[0] * power, a[1] * power, a[2] * power, a[3] * power))
 
 
 # symbols that take prefixes, and symbols that do not
@@ -132,6 +131,8 @@ def unit(text: str) -> Unit:
     tokens = _tokens(text)
     try:
         result = _product(tokens, _symbol) if tokens else Unit(1.0)
+        if not (0.0 < result.factor < math.inf and all(map(math.isfinite, result.exponents))):
+            raise OverflowError
     except (OverflowError, ZeroDivisionError):
         raise UnitError(f"'{text}' is out of all bounds") from None
     if tokens:
@@ -140,10 +141,10 @@ def unit(text: str) -> Unit:
 
 
 def scaled(number: float, factor: float) -> float:
-    """Product of both; divides by whole numbers, so that "39.3 mm" is 0.0393, not 0.03929999..."""
-    inverse = round(1.0 / factor) if 1e-15 < factor < 1.0 else 0
-    if inverse and abs(inverse * factor - 1.0) < 1e-12:
-        return number / inverse
+    """Product of both; exact for powers of ten, so that "39.3 mm" is 0.0393."""
+    exponent = round(math.log10(factor))
+    if abs(factor / 10.0**exponent - 1.0) < 1e-12:
+        return float(Decimal(repr(number)).scaleb(exponent))
     return number * factor
 
 

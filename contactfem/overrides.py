@@ -61,8 +61,13 @@ def with_variant(raw: Raw, name: str) -> Raw:
     expect = changes.pop("expect", {})
     keep = changes.pop("base_expect", True)
     if not isinstance(keep, bool) or not isinstance(expect, dict):
-        raise CaseError(f"{where}{'expect: must be a table' if isinstance(keep, bool) else
-                        'base_expect: must be true or false'}")
+        raise CaseError(
+            f"{where}{
+                'expect: must be a table'
+                if isinstance(keep, bool)
+                else 'base_expect: must be true or false'
+            }"
+        )
     for key, value in changes.items():
         raw = _merged(raw, _nested(key, value, where), where)
     base = raw.get("expect", {}) if keep else {}
@@ -91,7 +96,7 @@ def _nested(key: str, value: Any, where: str) -> Raw:
 
 
 def _merged(old: Any, new: Any, where: str) -> Any:
-    """New values laid over old ones; a table that names a builder or a file replaces the old one."""
+    """New values laid over old ones; a table with a builder or a file replaces the old one."""
     if not isinstance(new, dict) or not isinstance(old, dict | list):
         return new
     if isinstance(old, list):

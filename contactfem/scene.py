@@ -101,19 +101,21 @@ class Body(Model):
     temperature: TemperatureTable = constant(0.0)
 
 
+def _at_rest() -> Displacement:
+    return {"x": constant(0.0), "y": constant(0.0)}
+
+
 class RigidObstacle(Model):
     """Rigid mortar side; `displacement` holds both components."""
 
-    displacement: Displacement = Field(
-        default_factory=lambda: {"x": constant(0.0), "y": constant(0.0)}
-    )
+    displacement: Displacement = Field(default_factory=_at_rest)
 
     @field_validator("displacement")
     @classmethod
     def _both(cls, value: Displacement) -> Displacement:
         if "z" in value:
             raise ValueError("an obstacle moves in x and y")
-        return {"x": constant(0.0), "y": constant(0.0)} | value
+        return _at_rest() | value
 
 
 class Plane(RigidObstacle):
@@ -162,7 +164,7 @@ class Interface(Model):
     nonmortar: str
     mortar: str
     search_radius: Annotated[Length, Field(gt=0)] | None = None
-    normal: NormalLaw = NormalLaw()
+    normal: NormalLaw = Field(default_factory=NormalLaw)
     friction: Friction | None = None
 
     @field_validator("friction", mode="before")
@@ -202,7 +204,7 @@ class Condition(Model):
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"must have exactly one of {', '.join(kinds)}; found {' and '.join(given) or 'none'}"
+                f"must have one of {', '.join(kinds)}; found {' and '.join(given) or 'none'}"
             )
         if self.at is not None and self.displacement is None:
             raise ValueError("'at' goes with a displacement only")

@@ -7,6 +7,7 @@ models made in Python also take plain numbers, as SI.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
@@ -178,7 +179,7 @@ class TableOf:
             return constant(read_quantity(value, self.symbol, info))
         rows = _rows(value, self.symbol)
         times = tuple(read_quantity(row[0], "s", info) for row in rows)
-        for before, after in zip(times, times[1:], strict=False):
+        for before, after in pairwise(times):
             if not before < after:
                 why = f"times are out of order: {after:g} s follows {before:g} s"
                 raise _wrong(why, "ascending times")
@@ -186,7 +187,9 @@ class TableOf:
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
-    rows = [row for row in value if isinstance(row, list | tuple) and len(row) == 2]
+    rows: list[Sequence[object]] = [
+        row for row in value if isinstance(row, list | tuple) and len(row) == 2
+    ]
     if len(rows) != len(value) or len(rows) < 2:
         example = EXAMPLES.get(symbol, f"1 {symbol}")
         raise _wrong(

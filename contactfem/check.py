@@ -1,0 +1,218 @@
+"""Say what a case models, what it leaves out, and what holds its bodies, without running it."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from contactfem.case import Case
+from contactfem.engineering import engineering
+from contactfem.errors import CaseError, MeshError
+from contactfem.gaps import obstacle_gap, surface_gap
+from contactfem.listing import listing
+from contactfem.meshes import MeshFile
+from contactfem.overrides import nearest
+from contactfem.rigid import free_rigid_modes, name_modes
+from contactfem.scene import Interface, Material
+
+Floats = npt.NDArray[np.float64]
+Outlines = dict[str, dict[str, Floats]]
+
+TOUCHING = 1e-9  # relative to the size of the nonmortar surface
+
+
+def check_case(case: Case) -> str:
+    """Describe a case, for people to read before they run it.
+
+    Args:
+        case: the case.
+
+    Returns:
+        Text of several lines.
+
+    Raises:
+        CaseError: a mesh file that is not a mesh, or that lacks a surface that the case names.
+    """
+    lines = outlines(case)
+    sections = [
+        describe(case),
+        _section("bodies", _bodies(case, lines)),
+        _section("interfaces", _interfaces(case, lines)),
+        _section("values in SI, * where the case file does not give them", _values(case)),
+    ]
+    return "\n\n".join(section for section in sections if section)
+
+
+def describe(case: Case) -> str:
+    """Title of a case, what it models and what it leaves out, as a text of a few lines."""
+    return f"{case.title}\n{_section(str(case.path), _scene(case))}"
+
+
+def _section(title: str, rows: Iterable[tuple[str, str]]) -> str:
+    """Title over aligned rows; nothing without rows."""
+    table = list(rows)
+    width = max((len(key) for key, _ in table), default=0)
+    lines = [f"  {key:<{width}}  {value}".rstrip() for key, value in table]
+    return "\n".join([title, *lines]) if lines else ""
+
+
+def outlines(case: Case) -> Outlines:
+    """Polylines of all surfaces of all bodies; reads mesh files.
+
+    Args:
+        case: the case.
+
+    Returns:
+        Points (k, 2) or (k, 3) [m] by body and surface.
+
+    Raises:
+        CaseError: not a mesh, or a surface that is missing or empty.
+    """
+    lines: Outlines = {}
+    for name, body in case.bodies.items():
+        try:
+            lines[name] = body.mesh.outline()
+        except MeshError as error:
+            raise CaseError(f"{case.path}: bodies.{name}.mesh: {error}") from None
+        if isinstance(body.mesh, MeshFile):
+            _check_file(case, name, lines[name])
+    return lines
+
+
+def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
+    """Make sure that a mesh file has the surfaces that the case names."""
+    named = [(f"conditions.{k}.on", c.on) for k, c in enumerate(case.conditions)]
+    for name, sides in case.interfaces.items():
+        named.append((f"interfaces.{name}.nonmortar", sides.nonmortar))
+        named.append((f"interfaces.{name}.mortar", sides.mortar))
+    for key, on in named:
+        owner, dot, surface = on.partition(".")
+        if owner == body and dot and surface not in lines:
+            raise CaseError(
+                f"{case.path}: {key} = {on}: '{body}' has no surface '{surface}' with facets"
+                f"{nearest(surface, list(lines))}"
+            )
+
+
+def _scene(case: Case) -> Iterator[tuple[str, str]]:
+    strain = "small strain" if case.strain == "small" else "finite strain"
+    yield "mechanics", f"{case.dimension}, {strain}, without inertia"
+    count = len(case.interfaces)
+    yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
+    friction = [
+        f"Coulomb {sides.friction.coefficient:g} ({name})"
+        for name, sides in case.interfaces.items()
+        if sides.friction is not None
+    ]
+    yield "friction", f"on: {', '.join(friction)}" if friction else "off"
+    warm = [name for name, body in case.bodies.items() if any(body.temperature.values)]
+    given = f"; temperature given in {', '.join(warm)}" if warm else ""
+    yield "heat", f"off{given}"
+    unused = sorted(
+        {
+            key
+            for material in case.materials.values()
+            for key in ("density", "conductivity", "heat_capacity", "reference_temperature")
+            if getattr(material, key) is not None
+        }
+    )
+    if unused:
+        yield "not used", ", ".join(unused)
+    yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
+    yield "expected", f"{len(case.expect)} numbers" if case.expect else "nothing"
+    if case.variants:
+        yield "variants", ", ".join(case.variants)
+
+
+def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
+    for name, body in case.bodies.items():
+        material = case.materials[body.material]
+        yield name, f"{body.material}: {_material(material, small=case.strain == 'small')}"
+        low, high = _extent(lines[name])
+        size = " x ".join(engineering(length, "m") for length in high - low)
+        yield "", f"{size}, lower corner ({', '.join(f'{x:.4g}' for x in low)}) m"
+        yield "", "surfaces " + ", ".join(lines[name])
+        yield "", held(case, name, lines[name])
+
+
+def _material(material: Material, *, small: bool) -> str:
+    """Law and moduli, both pairs."""
+    law = "Hooke" if small and material.model == "neo-hooke" else material.model
+    E, K, mu = (engineering(value, "Pa") for value in (material.E, material.K, material.mu))
+    return f"{law}, E = {E}, nu = {material.nu:.4g}, K = {K}, mu = {mu}"
+
+
+def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
+    """Which rigid motions of a body its conditions leave free, and what else may hold them.
+
+    Args:
+        case: the case.
+        body: name of the body.
+        lines: points (k, dim) [m] of its surfaces.
+
+    Returns:
+        One sentence.
+    """
+    low, high = _extent(lines)
+    points: list[Floats] = [np.empty((0, len(low)))]
+    prescribed: list[npt.NDArray[np.bool_]] = [np.empty((0, len(low)), dtype=bool)]
+    conditions = [condition for condition in case.conditions if condition.body == body]
+    for condition in conditions:
+        if condition.kind in ("displacement", "grip"):
+            at = condition.at
+            place = np.array([at]) if at is not None else lines[condition.surface or ""]
+            mask = [axis in condition.components() for axis in "xyz"[: len(low)]]
+            points.append(place)
+            prescribed.append(np.broadcast_to(mask, place.shape))
+    center, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    modes = free_rigid_modes(
+        np.concatenate(points),
+        np.concatenate(prescribed),
+        center,
+        size,
+        rotation_held=any(condition.kind == "grip" for condition in conditions),
+    )
+    if not len(modes):
+        return "held by its conditions"
+    free = ", ".join(name_modes(modes, center, size))
+    touching = [f"'{name}'" for name, sides in case.interfaces.items() if _takes_part(body, sides)]
+    if touching:
+        return f"free in {free}: held only by contact through {', '.join(touching)}"
+    return f"WARNING: free in {free}: nothing holds it"
+
+
+def _takes_part(body: str, sides: Interface) -> bool:
+    return any(side.startswith(f"{body}.") for side in (sides.nonmortar, sides.mortar))
+
+
+def _extent(lines: dict[str, Floats]) -> Floats:
+    """Smallest and largest coordinates (2, dim) [m]."""
+    points = np.concatenate(list(lines.values()))
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
+    for name, sides in case.interfaces.items():
+        body, _, surface = sides.nonmortar.partition(".")
+        line = lines[body][surface]
+        if sides.mortar in case.obstacles:
+            gap: float | None = obstacle_gap(line, case.obstacles[sides.mortar])
+        else:
+            other, _, face = sides.mortar.partition(".")
+            gap = surface_gap(line, lines[other][face])
+        size = float(np.linalg.norm(np.ptp(line, axis=0)))
+        yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {_gap(gap, size)}"
+
+
+def _gap(gap: float | None, size: float) -> str:
+    if gap is None:
+        return "WARNING: the surfaces nowhere face each other"
+    if abs(gap) <= TOUCHING * size:
+        return "touching"
+    return f"{'gap' if gap > 0 else 'overlap'} {engineering(abs(gap), 'm')}"
+
+
+def _values(case: Case) -> Iterator[tuple[str, str]]:
+    for key, value, default in listing(case):
+        if not key.startswith(("title", "references", "variants", "expect", "path")):
+            yield key, f"{value} *" if default else value

@@ -1,0 +1,154 @@
+"""The command line: check, mesh, run, report, schema."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from contactfem import __version__
+from contactfem.errors import CaseError, ContactfemError
+
+DONE, MISSED, BAD_CASE, GAVE_UP, BUG = 0, 1, 2, 3, 70
+EXIT_CODES = "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Args:
+        arguments: words after the program's name; None takes the program's own.
+
+    Returns:
+        Exit code.
+    """
+    options = parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], int] = options.command
+    try:
+        return command(options)
+    except ContactfemError as error:
+        print(error, file=sys.stderr)
+        return exit_code(error)
+    except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
+        sys.stdout = None
+        return DONE
+    except KeyboardInterrupt:
+        return 130
+
+
+def exit_code(error: ContactfemError) -> int:
+    """Exit code for an error that ends a command."""
+    return BAD_CASE if isinstance(error, CaseError) else GAVE_UP
+
+
+def parser() -> argparse.ArgumentParser:
+    """The grammar of the command line."""
+    top = argparse.ArgumentParser(
+        prog="contactfem",
+        description="Mortar contact with friction on FEniCSx, run from case files with units.",
+        epilog=EXIT_CODES,
+    )
+    top.add_argument("--version", action="version", version=f"contactfem {__version__}")
+    verbs = top.add_subparsers(required=True, metavar="COMMAND")
+    check = _verb(verbs, "check", _check, "read a case file, say what it models; runs nothing")
+    mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
+    run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
+    report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
+    for verb in (check, mesh, run):
+        verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
+        verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
+        verb.add_argument(
+            "--set",
+            dest="overrides",
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help="change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'",
+        )
+    mesh.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
+    run.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder to write to; runs/CASE[-VARIANT] if not given. "
+        "--variant all runs the case and all its variants, into folders of DIR if given",
+    )
+    report.add_argument(
+        "paths", type=Path, nargs="+", metavar="DIR|CASE", help="folder of a run, or its case file"
+    )
+    return top
+
+
+def _verb(
+    verbs: "argparse._SubParsersAction[argparse.ArgumentParser]",
+    name: str,
+    command: Callable[[argparse.Namespace], int],
+    summary: str,
+) -> argparse.ArgumentParser:
+    """A command with its help."""
+    text = f"{summary[0].upper()}{summary[1:]}."
+    verb = verbs.add_parser(name, help=summary, description=text, epilog=EXIT_CODES)
+    verb.set_defaults(command=command)
+    return verb
+
+
+def _check(options: argparse.Namespace) -> int:
+    from contactfem.case import read_case
+    from contactfem.check import check_case
+    from contactfem.expect import check_names
+
+    case = read_case(options.case, options.overrides, options.variant)
+    check_names(case)
+    for variant in case.variants if options.variant is None else ():
+        try:
+            check_names(read_case(options.case, options.overrides, variant))
+        except CaseError as error:
+            lines = str(error).splitlines()
+            raise CaseError("\n".join(f"{line} (variant {variant})" for line in lines)) from None
+    print(check_case(case))
+    return DONE
+
+
+def _mesh(options: argparse.Namespace) -> int:
+    from contactfem.case import read_case
+    from contactfem.mesh_files import write_meshes
+
+    case = read_case(options.case, options.overrides, options.variant)
+    for line in write_meshes(case, options.out):
+        print(line)
+    return DONE
+
+
+def _run(options: argparse.Namespace) -> int:
+    from contactfem.cli_run import run_command
+
+    return run_command(options.case, options.overrides, options.variant, options.out)
+
+
+def _report(options: argparse.Namespace) -> int:
+    from contactfem.report import report_directory
+
+    met = [report_directory(_directory(path)) for path in options.paths]
+    return DONE if all(met) else MISSED
+
+
+def _directory(path: Path) -> Path:
+    """Folder of a run, from itself or from its case file.
+
+    Raises:
+        CaseError: there is neither.
+    """
+    if path.is_dir():
+        return path
+    folder = Path("runs") / path.stem
+    if not folder.is_dir():
+        raise CaseError(f"{path}: has no results in {folder}; 'contactfem run {path}' makes them")
+    return folder
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from contactfem.case import Case
+
+    print(json.dumps(Case.model_json_schema(), indent=2))
+    return DONE

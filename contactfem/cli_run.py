@@ -1,0 +1,127 @@
+"""`contactfem run`: one voice and one exit code, however many ranks there are."""
+
+import sys
+import time
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+from mpi4py import MPI
+
+from contactfem.case import Case, read_case
+from contactfem.check import describe
+from contactfem.cli import BUG, DONE, GAVE_UP, MISSED, exit_code
+from contactfem.errors import ContactfemError
+from contactfem.expect import check_names, judge
+from contactfem.measure import measure
+
+PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
+
+
+def run_command(path: Path, overrides: Sequence[str], variant: str | None, out: Path | None) -> int:
+    """Run a case, one of its variants, or with "all" the case and all of its variants.
+
+    Args:
+        path: the case file.
+        overrides: "a.b.c=value" each.
+        variant: a variant's name, "all", or None for the case itself.
+        out: folder to write to; None for runs/CASE[-VARIANT].
+
+    Returns:
+        The largest exit code, the same on all ranks.
+    """
+    comm = MPI.COMM_WORLD
+    failures = comm.Dup()  # its traffic cannot be mistaken for that of the computation
+    try:
+        return _run_all(comm, path, overrides, variant, out)
+    except ContactfemError as error:
+        code = exit_code(error)
+        if comm.rank == 0:
+            print(error, file=sys.stderr, flush=True)
+        if not _all_here(failures):
+            if comm.rank:
+                print(f"rank {comm.rank}: {error}", file=sys.stderr, flush=True)
+            comm.Abort(code)
+        return code
+    except Exception:
+        print(f"rank {comm.rank}: {traceback.format_exc()}", file=sys.stderr, flush=True)
+        if comm.size > 1:
+            comm.Abort(BUG)  # the other ranks wait for this one and would do so for ever
+        return BUG
+
+
+def _all_here(comm: MPI.Comm) -> bool:
+    """Whether all ranks come here within a while."""
+    request = comm.Ibarrier()
+    deadline = time.monotonic() + PATIENCE
+    while not (done := bool(request.Test())) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return done
+
+
+def _run_all(
+    comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | None, out: Path | None
+) -> int:
+    if variant != "all":
+        return _run_one(comm, _read(comm, path, overrides, variant), _folder(path, variant, out))
+    base = _read(comm, path, overrides, None)
+    codes = []
+    for name in (None, *base.variants):
+        case = _read(comm, path, overrides, name)
+        codes.append(_run_one(comm, case, _folder(path, name, out and out / _stem(path, name))))
+    return max(codes)
+
+
+def _stem(path: Path, variant: str | None) -> str:
+    return f"{path.stem}-{variant}" if variant else path.stem
+
+
+def _folder(path: Path, variant: str | None, out: Path | None) -> Path:
+    return out if out is not None else Path("runs") / _stem(path, variant)
+
+
+def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | None) -> Case:
+    """Read on rank 0, so that all ranks see the same file.
+
+    Raises:
+        CaseError: on all ranks alike.
+    """
+    found: Case | ContactfemError | None = None
+    if comm.rank == 0:
+        try:
+            found = read_case(path, overrides, variant)
+            check_names(found)
+        except ContactfemError as error:
+            found = error
+    answer: Case | ContactfemError = comm.bcast(found)
+    if isinstance(answer, ContactfemError):
+        raise answer
+    return answer
+
+
+def _run_one(comm: MPI.Comm, case: Case, out: Path) -> int:
+    """Run one case and say how it went."""
+    from contactfem.run import run_case
+
+    if comm.rank == 0:
+        print(describe(case), flush=True)
+    result = run_case(case, comm, out)
+    met = True
+    if comm.rank == 0:
+        met = _verdict(case, measure(result))
+        print(f"results in {out}", flush=True)
+        if not result.converged:
+            print(result.message, file=sys.stderr, flush=True)
+    met = bool(comm.bcast(met))
+    if not result.converged:
+        return GAVE_UP
+    return DONE if met else MISSED
+
+
+def _verdict(case: Case, values: dict[str, float]) -> bool:
+    """Print what was expected and what came; True if all expectations are met."""
+    from contactfem.report import print_verdicts
+
+    verdicts = judge(case, values)
+    print_verdicts(verdicts)
+    return all(verdict.passed for verdict in verdicts)
