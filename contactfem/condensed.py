@@ -51,7 +51,7 @@ class Condensed:
         self,
         positions: Sequence[Floats],
         histories: Sequence[History],
-        stick: Sequence[Bools] | None,
+        stick: Sequence[Bools | None],
         out: PETSc.Vec,
     ) -> list[Conditions]:
         """Contact conditions and the condensed residual from the bulk residual; collective.
@@ -59,7 +59,8 @@ class Condensed:
         Args:
             positions: Of the nodes of every interface [m].
             histories: Operators at the start of the step, per interface.
-            stick: Nodes that are made to stick while all others are open; None for trial states.
+            stick: Nodes of every interface that are made to stick while all others are open; None
+                for trial states.
             out: Holds the bulk residual, receives the condensed one [N/m].
 
         Returns:
@@ -72,10 +73,11 @@ class Condensed:
             force = interface.nodes.gather(self.bulk.array_r, self.system.numbering.first)
             covered = operators.D > 0.0
             multiplier = -force / np.where(covered, operators.D, np.inf)[:, None]
-            if stick is None:
+            imposed = stick[k]
+            if imposed is None:
                 c = interface.contact.conditions(operators, multiplier, histories[k])
             else:
-                c = interface.contact.imposed(operators, multiplier, histories[k], stick[k])
+                c = interface.contact.imposed(operators, multiplier, histories[k], imposed)
             result.append(c)
         for interface, c in zip(self.interfaces, result, strict=True):
             self._insert(interface, c, out)

@@ -17,6 +17,7 @@ from contactfem.interface import BodySide, InterfaceNodes, RigidSide, circle_sid
 from contactfem.laws import contact_scale
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshing import BodyMesh, distribute
+from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Material, Plane
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
 from contactfem.system import Grip, Prescribed, System
@@ -36,13 +37,15 @@ class Discretisation:
         bodies: Body problems by name, in the order of the system.
         system: Their system.
         interfaces: The interfaces.
-        held: Names of what each prescribed motion and grip belongs to, "body.surface.x".
+        held: Names of what each prescribed motion belongs to, "body.surface.x".
+        unheld: Bodies that their conditions leave a rigid motion.
     """
 
     bodies: dict[str, BodyProblem]
     system: System
     interfaces: tuple[Interface, ...]
     held: tuple[str, ...]
+    unheld: frozenset[str]
 
 
 def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
@@ -80,7 +83,8 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
             for name in case.interfaces
         )
         _refuse_shared_nodes(interfaces)
-    return Discretisation(bodies, system, interfaces, tuple(held))
+        unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
+    return Discretisation(bodies, system, interfaces, tuple(held), unheld)
 
 
 def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
@@ -211,6 +215,30 @@ def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
+
+
+def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:
+    """Whether a body's conditions leave it a rigid motion."""
+    points, masks, rotation_held = [], [], False
+    for condition in case.conditions:
+        if condition.body != name or not (condition.displacement or condition.grip):
+            continue
+        if condition.at is not None:
+            X = np.array([condition.at])
+        elif condition.surface is not None:
+            X = mesh.surface(condition.surface).X
+        else:
+            return False
+        rotation_held = rotation_held or condition.grip is not None
+        points.append(X)
+        given = condition.components()
+        masks.append(np.tile([axis in given for axis in AXES[: case.axes]], (len(X), 1)))
+    if not points:
+        return True
+    X, mask = np.concatenate(points), np.concatenate(masks)
+    size = float(np.ptp(np.concatenate([s.X for s in mesh.surfaces.values()]), axis=0).max())
+    modes = free_rigid_modes(X, mask, X.mean(0), size, rotation_held=rotation_held)
+    return len(modes) > 0
 
 
 def _lengths(X: Floats, facets: Ints) -> Floats:

@@ -1,5 +1,6 @@
 """Newton's method for one load step: the only place that drives PETSc's SNES."""
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -56,7 +57,7 @@ class StepInput:
     t: float
     ramp_end: float
     histories: tuple[History, ...]
-    stick: tuple[Bools, ...] | None
+    stick: tuple[Bools | None, ...]
 
 
 class NewtonSolver:
@@ -118,7 +119,8 @@ class NewtonSolver:
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
         try:
-            self._snes.solve(None, self.system.x)
+            with self.timers.book("newton"):
+                self._snes.solve(None, self.system.x)
         except PETSc.Error as error:
             reason = f"linear solver failed (PETSc error {error.ierr})"
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
@@ -129,6 +131,8 @@ class NewtonSolver:
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
         """Condensed residual."""
         first = self._evaluations == 0
+        if not first:  # between the factorisation and here SNES did one solve and one update
+            self.timers.add("solve", time.perf_counter() - self._solve_started)
         self._evaluations += 1
         system = self.system
         with self.timers.book("residual"):
@@ -137,10 +141,14 @@ class NewtonSolver:
             self._parts = system.residual(out, jumps)
         with self.timers.book("contact.conditions"):
             positions = self.positions()
-            stick = self._step.stick if first else None
+            stick = self._step.stick if first else [None] * len(positions)
             self.conditions = self.condensed.evaluate(
                 positions, self._step.histories, stick, out
             )
+
+    def reactions(self) -> list[float]:
+        """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
+        return self.system.reactions(self._parts)
 
     def positions(self) -> list[Floats]:
         """Current positions of the nodes of every interface [m]; collective."""
@@ -158,7 +166,7 @@ class NewtonSolver:
             c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
         )
         stands = bool(self._statuses and self._statuses[-1] == status) or (
-            its == 0 and self._step.stick is None
+            its == 0 and all(stick is None for stick in self._step.stick)
         )
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
@@ -195,6 +203,7 @@ class NewtonSolver:
         snes.ksp.setOperators(A, A)
         with self.timers.book("factorisation"):
             snes.ksp.setUp()
+        self._solve_started = time.perf_counter()
 
     def _damping(self) -> float:
         """Half a step where a status set that was left comes back: it would cycle."""

@@ -92,7 +92,7 @@ def number(
     owned = [body.V.dofmap.index_map.size_local * body.V.dofmap.index_map_bs for body in bodies]
     counts = [int((a[:n] == -2).sum()) for a, n in zip(own, owned, strict=True)]
     n_local = sum(counts) + (len(grips) if comm.rank == 0 else 0)
-    first = comm.exscan(n_local) if comm.rank > 0 else 0
+    first = sum(comm.allgather(n_local)[: comm.rank])
     start = first + (len(grips) if comm.rank == 0 else 0)
     unknown = []
     for body, a, n, count in zip(bodies, own, owned, counts, strict=True):

@@ -1,0 +1,166 @@
+"""Collect results on the first rank: pictures of the bodies, tables of the interfaces, probes."""
+
+import numpy as np
+
+from contactfem.case import Case
+from contactfem.discretise import Discretisation
+from contactfem.fields import nodal_average
+from contactfem.laws import Status
+from contactfem.meshing import gather_vertex_values
+from contactfem.results import BodyPicture, InterfaceTable
+from contactfem.state import State
+from contactfem.surfaces import Floats, InterfaceMesh
+
+STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
+DISPLACEMENT = ("displacement.x", "displacement.y", "displacement.z")
+
+
+def body_pictures(discretisation: Discretisation) -> list[BodyPicture]:
+    """Bodies with displacement and nodal stress, on the first rank; collective.
+
+    Args:
+        discretisation: The bodies.
+
+    Returns:
+        One picture per body; empty elsewhere.
+    """
+    from dolfinx import fem
+
+    pictures = []
+    comm = discretisation.system.comm
+    for name, body in discretisation.bodies.items():
+        u = gather_vertex_values(comm, body.mesh, body.V, body.u.x.array)
+        V = fem.functionspace(body.mesh.mesh, ("Lagrange", 1, (6,)))
+        average = nodal_average(V, body.cell_stress())
+        stress = gather_vertex_values(comm, body.mesh, V, average.x.array)
+        data = body.mesh.data
+        if data is not None and u is not None and stress is not None:
+            pictures.append(BodyPicture(name, data.points, data.cells, u, {"stress": stress}))
+    return pictures
+
+
+def probe_values(
+    case: Case, discretisation: Discretisation, pictures: list[BodyPicture]
+) -> dict[str, float]:
+    """Values at the probes on the first rank, linear on the cell that holds the point.
+
+    Args:
+        case: Names the probes.
+        discretisation: The bodies.
+        pictures: The bodies' values; empty on other ranks.
+
+    Returns:
+        Value by name [SI].
+    """
+    found = {picture.name: picture for picture in pictures}
+    values = {}
+    for name, probe in case.probes.items():
+        if probe.on not in found:
+            continue
+        picture = found[probe.on]
+        nodes, weights = locate(picture, np.array(probe.at))
+        if probe.value in STRESS:
+            column = picture.fields["stress"][:, STRESS.index(probe.value)]
+        else:
+            column = picture.displacement[:, DISPLACEMENT.index(probe.value)]
+        values[name] = float(weights @ column[nodes])
+    return values
+
+
+def locate(picture: BodyPicture, point: Floats) -> tuple[np.ndarray, Floats]:
+    """Vertices and weights that interpolate at a point of the reference configuration.
+
+    Args:
+        picture: The body.
+        point: Reference position [m].
+
+    Returns:
+        Vertices and weights: along the nearest cell's edge or, inside, by distance to its simplex.
+    """
+    from scipy.spatial import Delaunay
+
+    distance = np.linalg.norm(picture.points - point, axis=1)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] <= 1e-9 * np.ptp(picture.points):
+        return np.array([nearest]), np.ones(1)
+    around = picture.cells[(picture.cells == nearest).any(1)]
+    vertices = np.unique(around)
+    mesh = Delaunay(picture.points[vertices])
+    k = int(mesh.find_simplex(point, tol=1e-9))
+    if k < 0:
+        return np.array([nearest]), np.ones(1)
+    transform = mesh.transform[k]
+    first = transform[:-1] @ (point - transform[-1])
+    return vertices[mesh.simplices[k]], np.append(first, 1.0 - first.sum())
+
+
+def interface_tables(discretisation: Discretisation, state: State) -> list[InterfaceTable]:
+    """Nodal values along every interface at the last good state; the same on all ranks.
+
+    Args:
+        discretisation: The interfaces.
+        state: The state.
+
+    Returns:
+        One table per interface; empty before the first step.
+    """
+    tables = []
+    pairs = zip(discretisation.interfaces, state.conditions, strict=False)
+    for k, (interface, c) in enumerate(pairs):
+        mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
+        op = c.operators
+        pressure = rim_pressure(c.pressure, c.rim, op.gap, c.kappa, op.cover, c.active)
+        status = np.where(mesh.carries, c.status, Status.NONE).astype(np.int8)
+        mortar = np.arange(n, mesh.n_nodes)
+        weight = np.asarray(op.M.sum(0)).ravel()[mortar]
+        seen = np.asarray(op.M.T @ np.where(c.active, pressure, 0.0)).ravel()[mortar]
+        tables.append(
+            InterfaceTable(
+                name=interface.name,
+                X=mesh.X[:n],
+                x=op.x[:n],
+                arc=_arc(mesh, op.x),
+                gap=np.where(np.isfinite(op.gap), op.gap, np.nan),
+                pressure=pressure,
+                traction=c.traction,
+                slip=state.slip[k],
+                status=status,
+                cover=op.cover,
+                facet_length=op.full,
+                mortar_x=op.x[mortar],
+                mortar_pressure=np.divide(
+                    seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
+                ),
+            )
+        )
+    return tables
+
+
+def rim_pressure(
+    pressure: Floats, rim: np.ndarray, gap: Floats, kappa: Floats, cover: Floats, active: np.ndarray
+) -> Floats:
+    """Pressure of barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j, exact at convergence.
+
+    λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule does not.
+
+    Args:
+        pressure: p_j from equilibrium [Pa], (n,).
+        rim: Neighbour k of every node, (n,).
+        gap: Mean gap [m], (n,).
+        kappa: Rim compliance [m/Pa], (n,).
+        cover: Covered share [-], (n,).
+        active: Nodes in contact, (n,).
+
+    Returns:
+        Pressure [Pa], (n,).
+    """
+    poor = active & (kappa > 0.0) & (cover < 1e-3)
+    result = pressure.copy()
+    result[poor] = pressure[rim[poor]] - gap[poor] / kappa[poor]
+    return result
+
+
+def _arc(mesh: InterfaceMesh, x: Floats) -> Floats:
+    """Arc length along the nonmortar surface, which is numbered along its walk [m]."""
+    step = np.hypot(*np.diff(x[: mesh.n_nonmortar], axis=0).T)
+    return np.concatenate(([0.0], np.cumsum(step)))

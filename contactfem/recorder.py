@@ -1,0 +1,97 @@
+"""What a run says and writes while it goes: terminal, tables and field files."""
+
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from mpi4py import MPI
+
+from contactfem.case import Case
+from contactfem.control import GiveUp, Retry
+from contactfem.discretise import Discretisation
+from contactfem.gathering import interface_tables
+from contactfem.results import RunResult, StepReport
+from contactfem.state import State
+from contactfem.timers import Timers
+
+
+class Recorder:
+    """Writes the results of a run into its folder, as far as the case asks for them.
+
+    Args:
+        case: The case.
+        comm: All ranks.
+        out: Folder, None to write nothing.
+        discretisation: Bodies and interfaces.
+        timers: Where time is booked.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        comm: MPI.Comm,
+        out: Path | None,
+        discretisation: Discretisation,
+        timers: Timers,
+    ) -> None:
+        self._case, self._discretisation, self._timers = case, discretisation, timers
+        self._times = list(case.output.times)
+        self._fields = None
+        self._writer = None
+        if out is None:
+            return
+        with timers.book("output"):
+            if comm.rank == 0:
+                from contactfem.output import OutputWriter
+
+                self._writer = OutputWriter(out, case, command_of(case, comm.size))
+            if case.output.fields:
+                from contactfem.fields import FieldWriter
+
+                comm.barrier()  # the folder is there
+                displacements = {name: body.u for name, body in discretisation.bodies.items()}
+                self._fields = FieldWriter(out, displacements)
+
+    def __enter__(self) -> Self:
+        """Open for the time of a run."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the field files."""
+        if self._fields is not None:
+            self._fields.close()
+
+    def step(self, report: StepReport, state: State) -> None:
+        """Record an accepted step; collective."""
+        with self._timers.book("output"):
+            if self._writer is not None:
+                self._writer.step(report)
+            if self._times and report.t >= self._times[0] * (1.0 - 1e-12):
+                self._times.pop(0)
+                if self._writer is not None:
+                    tables = interface_tables(self._discretisation, state)
+                    self._writer.interfaces(tables, report.t)
+            if self._fields is not None:
+                stress = {
+                    name: body.cell_stress() for name, body in self._discretisation.bodies.items()
+                }
+                self._fields.write(report.t, stress)
+
+    def failure(self, t: float, dt: float, reason: str, decision: Retry | GiveUp) -> None:
+        """Say that a step failed and what follows."""
+
+    def finish(self, result: RunResult) -> None:
+        """Write the end of the run, on the first rank."""
+        if self._writer is not None:
+            self._writer.finish(result)
+
+
+def command_of(case: Case, ranks: int) -> str:
+    """The command that repeats a run."""
+    run = f"contactfem run {case.path}"
+    return run if ranks == 1 else f"mpirun -n {ranks} {run}"

@@ -1,0 +1,224 @@
+"""Run a case: the loop over load steps."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from contactfem.case import Case
+from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
+from contactfem.discretise import Discretisation, discretise
+from contactfem.gathering import body_pictures, interface_tables, probe_values
+from contactfem.laws import Status
+from contactfem.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.recorder import Recorder
+from contactfem.results import RunResult, StepReport
+from contactfem.scene import Condition
+from contactfem.state import State, initial_state
+from contactfem.surfaces import Bools
+from contactfem.tables import Table
+from contactfem.timers import Timers
+
+FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
+
+
+def run_case(case: Case, comm: MPI.Comm, out: Path | None) -> RunResult:
+    """Solve a case from time zero to its end; collective.
+
+    Args:
+        case: The case.
+        comm: All ranks.
+        out: Folder for the results, None to write nothing.
+
+    Returns:
+        The results; pictures and probes on the first rank only. If the solver gave up they are
+        those of the last good state, with the reason in `message`.
+
+    Raises:
+        CaseError: The case does not fit its meshes.
+    """
+    start = time.perf_counter()
+    timers = Timers()
+    discretisation = discretise(case, comm, timers)
+    solver = NewtonSolver(
+        discretisation.system,
+        discretisation.interfaces,
+        case.solver.tolerance,
+        case.solver.max_iterations,
+        case.solver.petsc,
+        timers,
+    )
+    with Recorder(case, comm, out, discretisation, timers) as recorder:
+        loop = _Loop(case, discretisation, solver, recorder)
+        message = loop.run()
+        timers.add("total", time.perf_counter() - start)
+        result = _result(case, discretisation, loop, timers, message)
+        recorder.finish(result)
+    return result
+
+
+class _Loop:
+    """Steps from zero to the end; each is tried with smaller lengths until it is solved."""
+
+    def __init__(
+        self, case: Case, discretisation: Discretisation, solver: NewtonSolver, recorder: Recorder
+    ) -> None:
+        self.case, self.discretisation = case, discretisation
+        self.solver, self.recorder = solver, recorder
+        self.ramp_end = case.time.step
+        self.state = initial_state(discretisation, self.ramp_end)
+        self.reports: list[StepReport] = []
+        self.limits = StepLimits(
+            case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
+        )
+        self.stops = _stops(case)
+        self.reactions: list[float] = []
+
+    def run(self) -> str:
+        """Go to the end; an empty string, or why it was not reached."""
+        dt, easy = self.case.time.step, []
+        while self.state.t < self.case.time.end * (1.0 - 1e-12):
+            begun, cutbacks = time.perf_counter(), 0
+            while True:
+                step = clipped(self.state.t, dt, self.stops)
+                solved = self._attempt(self.state.t + step)
+                if solved.converged:
+                    break
+                self.state.restore(self.discretisation)
+                decision = after_failure(step, cutbacks, self.limits)
+                self.recorder.failure(self.state.t + step, step, solved.reason, decision)
+                if isinstance(decision, GiveUp):
+                    return (
+                        f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
+                        f"{solved.reason}; {decision.reason}. The last good state, "
+                        f"t = {self.state.t:g} s, is written"
+                    )
+                dt, cutbacks, easy = decision.dt, cutbacks + 1, []
+            report = self._accept(step, solved, cutbacks, time.perf_counter() - begun)
+            easy.append(report.iterations)
+            grown = after_success(dt, easy, self.limits)
+            dt, easy = grown, easy if grown == dt else []
+        return ""
+
+    def _attempt(self, t: float) -> SolveReport:
+        return self.solver.solve(
+            StepInput(t, self.ramp_end, self.state.histories, self._first_contact())
+        )
+
+    def _first_contact(self) -> tuple[Bools | None, ...]:
+        """Nodes that stick in the first iteration where only contact can hold a body."""
+        return tuple(
+            first_contact(self, k) if self._held_by_contact(k) else None
+            for k in range(len(self.discretisation.interfaces))
+        )
+
+    def _held_by_contact(self, k: int) -> bool:
+        """Whether an interface must hold a body and was not in contact so far."""
+        if self.state.conditions and self.state.conditions[k].active.any():
+            return False
+        sides = self.case.interfaces[self.discretisation.interfaces[k].name]
+        return any(
+            side.partition(".")[0] in self.discretisation.unheld
+            for side in (sides.nonmortar, sides.mortar)
+        )
+
+    def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
+        conditions = self.solver.conditions
+        dissipation = float(
+            sum(np.sum(c.history.D * c.traction * c.slip) for c in conditions)
+        )
+        self.state.accept(self.state.t + dt, self.discretisation, conditions)
+        self.reactions = self.solver.reactions()
+        status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
+        report = StepReport(
+            step=len(self.reports) + 1,
+            t=self.state.t,
+            dt=dt,
+            iterations=solved.iterations,
+            cutbacks=cutbacks,
+            residuals=solved.residuals,
+            open=int((status == Status.OPEN).sum()),
+            stick=int((status == Status.STICK).sum()),
+            slip=int((status == Status.SLIP).sum()),
+            forces=_forces(self.discretisation, conditions),
+            dissipation=dissipation,
+            wall=wall,
+        )
+        self.reports.append(report)
+        self.recorder.step(report, self.state)
+        return report
+
+
+def first_contact(loop: _Loop, k: int) -> Bools:
+    """Nodes of an interface whose gap lies in the lowest 30 % of the range of gaps.
+
+    Args:
+        loop: The run.
+        k: Number of the interface.
+
+    Returns:
+        Mask over the nonmortar nodes.
+    """
+    interface = loop.discretisation.interfaces[k]
+    operators = interface.contact.operators(
+        interface.nodes.positions(loop.state.t, loop.ramp_end)
+    )
+    seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
+    if not seen.any():
+        return seen
+    low, high = operators.gap[seen].min(), operators.gap[seen].max()
+    return np.asarray(seen & (operators.gap <= low + FIRST_CONTACT * (high - low)))
+
+
+def _stops(case: Case) -> list[float]:
+    """Times that a step must end at: corners of tables, times of output, the end."""
+    tables = [t for c in case.conditions for t in _tables(c)]
+    tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
+    tables += [body.temperature for body in case.bodies.values()]
+    times = {t for table in tables for t in table.times} | set(case.output.times)
+    return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
+
+
+def _tables(condition: Condition) -> list[Table]:
+    """All values over time of a condition."""
+    given = [condition.traction, condition.body_force]
+    given += [condition.grip.force] if condition.grip else []
+    tables = [table for group in given if group for table in group.values()]
+    tables += [condition.pressure] if condition.pressure else []
+    return tables + list(condition.components().values())
+
+
+def _forces(
+    discretisation: Discretisation, conditions: Sequence[object]
+) -> dict[str, tuple[float, float]]:
+    """Resultant of every interface on its mortar side [N/m]."""
+    result = {}
+    for interface, c in zip(discretisation.interfaces, conditions, strict=True):
+        force = (c.operators.D[:, None] * c.multiplier).sum(0)  # type: ignore[attr-defined]
+        result[interface.name] = (float(force[0]), float(force[1]))
+    return result
+
+
+def _result(
+    case: Case, discretisation: Discretisation, loop: _Loop, timers: Timers, message: str
+) -> RunResult:
+    """Gather everything on the first rank; collective."""
+    with timers.book("output"):
+        pictures = body_pictures(discretisation)
+        probes = probe_values(case, discretisation, pictures)
+        tables = interface_tables(discretisation, loop.state)
+    reactions = dict(zip(discretisation.held, ((r,) for r in loop.reactions), strict=False))
+    system = discretisation.system
+    sizes = {
+        "unknowns": system.numbering.n_global,
+        "ranks": system.comm.size,
+        "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
+    }
+    seconds = dict(timers.seconds)
+    seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
+    return RunResult(
+        case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
+        sizes, not message, message,
+    )  # fmt: skip
