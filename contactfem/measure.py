@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 ACTIVE = (Status.STICK, Status.SLIP)
+FLOOR_PHASES = ("residual", "assembly", "factorisation", "solve")
 CORE = 0.9  # share of the contact half-width away from the singular slope at its edge
 
 INTERFACE_UNITS = {
@@ -95,7 +96,7 @@ def measurable(case: Case) -> dict[str, str]:
 
 
 def floor_seconds(timings: Mapping[str, float]) -> float:
-    """Add up what the bulk alone costs: assembly, factorisation and solve.
+    """Add up what the iterations would cost without contact: `FLOOR_PHASES`.
 
     Args:
         timings: seconds per phase [s].
@@ -103,7 +104,7 @@ def floor_seconds(timings: Mapping[str, float]) -> float:
     Returns:
         The floor of the run [s].
     """
-    return sum(timings.get(phase, 0.0) for phase in ("assembly", "factorisation", "solve"))
+    return sum(timings.get(phase, 0.0) for phase in FLOOR_PHASES)
 
 
 def _of_steps(steps: Sequence[StepReport]) -> dict[str, float]:
@@ -171,7 +172,7 @@ def _of_interface(table: InterfaceTable, solution: ContactSolution | None) -> di
         "traction_max": float(np.max(np.abs(table.traction), where=active, initial=0.0)),
         "normal_force": float(weights @ table.pressure),
         "tangential_force": float(weights @ table.traction),
-        "gap_min": float(table.gap.min()),
+        "gap_min": float(np.min(table.gap, where=np.isfinite(table.gap), initial=math.inf)),
         "slip_max": float(np.abs(table.slip).max()),
         "active": float(active.sum()),
         "stick": float((table.status == Status.STICK).sum()),

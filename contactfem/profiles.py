@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from contactfem.references import ContactSolution, Profile
-from contactfem.results import FloatArray, InterfaceTable, IntArray, Status
+from contactfem.results import FloatArray, IntArray, InterfaceTable, Status
 
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 

@@ -254,9 +254,7 @@ CLOSED_FORMS: Mapping[str, ClosedFormSpec] = {
     "hertz_line": ClosedFormSpec(
         units=_CYLINDERS,
         defaults=_ONE_CYLINDER,
-        build=lambda q: hertz_line(
-            q["load"], q["radius"], _modulus(q), q["radius_2"], q["center"]
-        ),
+        build=lambda q: hertz_line(q["load"], q["radius"], _modulus(q), q["radius_2"], q["center"]),
     ),
     "cattaneo_mindlin": ClosedFormSpec(
         units=_CYLINDERS | {"tangential_load": "N/m", "friction_coefficient": ""},

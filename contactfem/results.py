@@ -67,7 +67,7 @@ class InterfaceTable:
         X: reference positions (n, 2) [m].
         x: current positions (n, 2) [m].
         arc: arc length along the current surface (n,) [m].
-        gap: weighted gap divided by cover, open > 0 (n,) [m].
+        gap: mean gap around the node, open > 0, NaN where no mortar side is near (n,) [m].
         pressure: normal multiplier, compression > 0 (n,) [Pa].
         traction: tangential multiplier on the mortar side along (n_y, -n_x) (n,) [Pa].
         slip: accumulated slip of nonmortar relative to mortar (n,) [m].

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from contactfem.engineering import engineering, scale_for
 
 

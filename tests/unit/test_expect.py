@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from contactfem.errors import CaseError
 from contactfem.expect import check_names, judge, measure
 
@@ -48,9 +49,9 @@ def test_a_number_that_is_not_there_misses(make_run):
 
 def test_a_misspelt_name_is_an_error_with_the_nearest_one(make_run, expecting):
     case = make_run(expect={"sole.presure_max": expecting(max=1.0)}).case
-    with pytest.raises(CaseError, match="did you mean 'sole.pressure_max'"):
+    with pytest.raises(CaseError, match=r"did you mean 'sole.pressure_max'"):
         check_names(case)
-    with pytest.raises(CaseError, match="nothing measures 'sole.presure_max'"):
+    with pytest.raises(CaseError, match=r"nothing measures 'sole.presure_max'"):
         judge(case, {})
 
 

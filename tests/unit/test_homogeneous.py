@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from contactfem.homogeneous import (
     NeoHooke,
     bulk_and_shear_modulus,

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from contactfem.measure import floor_seconds, measurable, measure, von_mises
 from contactfem.results import Status
 

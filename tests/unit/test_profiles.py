@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from contactfem.profiles import carriers, error_l2, position_of, zone
 from contactfem.references import hertz_line, uniform, westergaard
 from contactfem.results import Status

@@ -1,0 +1,262 @@
+"""Deformed bodies coloured by a stress, whole and, where the contact is small, close up."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contactfem.charts import INK, draw, quantity_label
+from contactfem.engineering import Scale, scale_for
+from contactfem.measure import ACTIVE, COMPONENTS, von_mises
+from contactfem.profiles import value_at, zone
+from contactfem.results import BodyPicture, FloatArray, IntArray, RunResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
+
+    from contactfem.case import Case
+
+SHOWN_STRAIN = 0.06  # to which share of the scene's size small displacements are magnified
+CLOSE_UP = 0.2  # a contact smaller than this share of the scene gets a picture of its own
+PANEL = (4.2, 4.2)  # largest width and height of a picture [inch]
+MESH_LINES = 4000  # with more cells than this, lines would hide the colours
+SYMBOLS = {"von_mises": r"$\sigma_v$"} | {c: rf"$\sigma_{{{c}}}$" for c in COMPONENTS}
+
+
+@dataclass(frozen=True)
+class _View:
+    """What all pictures of a run share: magnification, lengths and colours."""
+
+    magnification: float
+    length: Scale
+    stress: Scale
+    low: float
+    high: float
+    colours: str
+
+
+def triangles(cells: IntArray) -> IntArray:
+    """Split plane cells into triangles.
+
+    Args:
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        Vertices of the triangles (k, 3).
+    """
+    if cells.shape[1] == 3:
+        return cells
+    return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
+
+
+def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
+    """Edges of plane cells, and which of them are on the boundary.
+
+    Args:
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        All edges once (e, 2), and those of one cell only (b, 2).
+    """
+    ring = [0, 1, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
+    pairs = np.concatenate(
+        [cells[:, [a, b]] for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
+    )
+    edges, counts = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
+    return edges, edges[counts == 1]
+
+
+def stress_of(body: BodyPicture, component: str) -> FloatArray:
+    """Nodal values of a stress component.
+
+    Args:
+        body: the body.
+        component: one of xx, yy, zz, xy, yz, xz, or von_mises.
+
+    Returns:
+        Values (n,) [Pa].
+    """
+    stress = body.fields["stress"]
+    if component == "von_mises":
+        return von_mises(stress)
+    return stress[:, COMPONENTS.index(component)]
+
+
+def _closed_at_start(result: RunResult, room: float) -> bool:
+    """Whether all interfaces started as straight lines that touch; others must not be magnified."""
+    for table in result.interfaces:
+        middle = table.X.mean(axis=0)
+        normal = np.linalg.svd(table.X - middle)[2][-1]
+        other = table.mortar_x if len(table.mortar_x) else table.X
+        away = np.concatenate([table.X, other]) - middle
+        if np.abs(away @ normal).max() > 3.0 * room:
+            return False
+    shapes = {obstacle.shape for obstacle in result.case.obstacles.values()}
+    return shapes <= {"plane"}
+
+
+def magnification(result: RunResult) -> float:
+    """Factor by which displacements are shown: round, and 1 where a gap would be falsified.
+
+    Args:
+        result: the run.
+
+    Returns:
+        The factor [-].
+    """
+    points = np.concatenate([body.points for body in result.bodies])
+    size = float(np.ptp(points, axis=0).max())
+    moved = max(float(np.abs(body.displacement).max()) for body in result.bodies)
+    if moved == 0.0 or moved > 0.5 * SHOWN_STRAIN * size or not _closed_at_start(result, moved):
+        return 1.0
+    factor = SHOWN_STRAIN * size / moved
+    power = 10.0 ** math.floor(math.log10(factor))
+    return max(step * power for step in (1, 2, 5) if step * power <= factor)
+
+
+def _view(result: RunResult, component: str) -> _View:
+    points = np.concatenate([body.points for body in result.bodies])
+    values = np.concatenate([stress_of(body, component) for body in result.bodies])
+    low, high = (float(v) for v in np.percentile(values, [0.2, 99.8]))
+    largest = max(abs(low), abs(high))
+    both_signs = low < 0.0 < high and min(-low, high) > 0.05 * largest
+    if both_signs or component == "xy":
+        low, high, colours = -largest, largest, "RdBu_r"
+    else:
+        colours = "YlGnBu" if high > -low else "YlGnBu_r"
+    if high - low < 1e-6 * largest or largest == 0.0:
+        pad = 0.01 * largest or 1.0
+        low, high = low - pad, high + pad
+    length = scale_for(float(np.ptp(points, axis=0).max()), "m")
+    return _View(magnification(result), length, scale_for(largest, "Pa"), low, high, colours)
+
+
+def _positions(body: BodyPicture, view: _View) -> FloatArray:
+    moved: FloatArray = body.points + view.magnification * body.displacement
+    shown: FloatArray = np.divide(moved[:, :2], view.length.factor)
+    return shown
+
+
+def _polyline(x: FloatArray, edges: IntArray) -> FloatArray:
+    """Return one line through all edges, lifted between them, which is quick to draw (2, 3e)."""
+    lifted = np.full((len(edges), 1, 2), np.nan)
+    line: FloatArray = np.concatenate([x[edges], lifted], axis=1).reshape(-1, 2).T
+    return line
+
+
+def _paint_body(axes: Axes, body: BodyPicture, component: str, view: _View) -> ScalarMappable:
+    x = _positions(body, view)
+    values = stress_of(body, component) / view.stress.factor
+    image = axes.tripcolor(
+        x[:, 0],
+        x[:, 1],
+        triangles(body.cells),
+        values,
+        shading="gouraud",
+        cmap=view.colours,
+        vmin=view.low / view.stress.factor,
+        vmax=view.high / view.stress.factor,
+        rasterized=True,
+    )
+    edges, outline = cell_edges(body.cells)
+    if len(body.cells) <= MESH_LINES:
+        axes.plot(*_polyline(x, edges), color=INK, lw=0.2, alpha=0.3)
+    axes.plot(*_polyline(x, outline), color=INK, lw=0.8, solid_capstyle="butt")
+    return image
+
+
+def _paint_obstacles(axes: Axes, case: Case, end: float, view: _View) -> None:
+    """Draw rigid obstacles in grey where they stand at the end."""
+    from matplotlib.patches import Circle, Polygon
+
+    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    reach = 2.0 * float(np.linalg.norm(high - low))
+    for obstacle in case.obstacles.values():
+        tables = (obstacle.displacement["x"], obstacle.displacement["y"])
+        moved = np.array([table.at(end, case.time.step) for table in tables])
+        if obstacle.shape == "circle":
+            center = (np.array(obstacle.center) + moved) / view.length.factor
+            radius = obstacle.radius / view.length.factor
+            face = "none" if obstacle.inside else "#d0d0d0"
+            axes.add_patch(Circle(tuple(center), radius, fc=face, ec=INK, lw=0.8, zorder=0))
+            continue
+        normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
+        along = reach * np.array([normal[1], -normal[0]])
+        point = (np.array(obstacle.point) + view.magnification * moved) / view.length.factor
+        depth = -0.035 * float((high - low).max()) * normal
+        corners = [point - along, point + along, point + along + depth, point - along + depth]
+        axes.add_patch(Polygon(corners, fc="#d0d0d0", ec="#777777", hatch="////", lw=0.6, zorder=0))
+        band = np.abs(depth) * (np.abs(normal) > 0.99)
+        low, high = low - band, high + band
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+
+
+def _paint(axes: Axes, result: RunResult, component: str, view: _View) -> ScalarMappable:
+    images = [_paint_body(axes, body, component, view) for body in result.bodies]
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    end = result.steps[-1].t if result.steps else 0.0
+    _paint_obstacles(axes, result.case, end, view)
+    axes.set_xlabel(quantity_label("x", view.length.label))
+    axes.set_ylabel(quantity_label("y", view.length.label))
+    return images[0]
+
+
+def _close_up(result: RunResult, view: _View) -> tuple[FloatArray, float] | None:
+    """Return middle and half-width of the first small contact, in the unit that is shown."""
+    points = np.concatenate([_positions(body, view) for body in result.bodies])
+    size = float(np.ptp(points, axis=0).max())
+    for table in result.interfaces:
+        ends = zone(table, ACTIVE)
+        if ends is None:
+            continue
+        x = np.array([[value_at(table.x[:, i], end) for i in (0, 1)] for end in ends])
+        x /= view.length.factor
+        width = float(np.linalg.norm(x[1] - x[0]))
+        if 0.0 < width < CLOSE_UP * size:
+            return x.mean(axis=0), 1.1 * width
+    return None
+
+
+def draw_stress(result: RunResult, component: str, path: Path) -> Path:
+    """Draw all bodies, deformed and coloured by a stress.
+
+    Args:
+        result: the run, with bodies that have stress.
+        component: one of xx, yy, zz, xy, yz, xz, or von_mises.
+        path: PNG file to write.
+
+    Returns:
+        The path.
+    """
+    view = _view(result, component)
+    close = _close_up(result, view)
+    points = np.concatenate([_positions(body, view) for body in result.bodies])
+    wide, tall = np.ptp(points, axis=0)
+    scale = min(PANEL[0] / wide, PANEL[1] / tall)
+    panels = 1 if close is None else 2
+    width = (PANEL[0] if close is not None else max(scale * wide, 2.5)) + 0.7
+
+    def paint(figure: Figure) -> None:
+        row = figure.subplots(1, panels, squeeze=False)[0]
+        for axes in row:
+            image = _paint(axes, result, component, view)
+        row[0].set_title(f"Cauchy stress {SYMBOLS[component]}")
+        if close is not None:
+            (x, y), half = close
+            row[1].set(xlim=(x - half, x + half), ylim=(y - half, y + half))
+            row[1].set_title("close to the contact")
+        if view.magnification != 1.0:
+            text = f"displacements × {view.magnification:g}"
+            row[0].set_title(text, loc="right", fontsize=8.5, fontweight="normal")
+        bar = figure.colorbar(image, ax=list(row), shrink=0.85, pad=0.02, aspect=28)
+        bar.set_label(quantity_label(SYMBOLS[component], view.stress.label))
+        bar.outline.set_visible(False)
+
+    return draw(path, (panels * width + 1.0, max(scale * tall, 1.5) + 0.9), paint)

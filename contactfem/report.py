@@ -1,0 +1,224 @@
+"""Show finished runs from their directories: steps, verdicts and what they cost."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contactfem.engineering import engineering, scale_for
+from contactfem.errors import CaseError, ExitCode
+from contactfem.measure import FLOOR_PHASES
+from contactfem.output import SUMMARY
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+SHOWN_STEPS = 40  # of more steps, the first and the last are shown
+OTHER_PHASES = ("import", "mesh", "setup", "jit", "output")
+
+
+def read_summary(directory: Path) -> dict[str, Any]:
+    """Read the summary of a finished run.
+
+    Args:
+        directory: directory of the run, or its summary.json.
+
+    Returns:
+        What `output.summarise` collected; numbers that were not finite are None.
+
+    Raises:
+        CaseError: if there is no such run, it has not finished, or the file is not one of ours.
+    """
+    path = Path(directory)
+    path = path if path.name == SUMMARY else path / SUMMARY
+    if not path.parent.is_dir():
+        raise CaseError(f"{directory}: no such directory; a run makes it: contactfem run CASE")
+    if not path.is_file():
+        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none")
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
+    except (ValueError, TypeError) as error:
+        raise CaseError(f"{path}: not a summary of a run: {error}") from None
+    if wrong:
+        raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
+    return dict(summary)
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def allowed_text(low: float | None, high: float | None, unit: str) -> str:
+    """Say what values an expectation allows.
+
+    Args:
+        low: smallest allowed, None or infinite if there is none [unit].
+        high: largest allowed, None or infinite if there is none [unit].
+        unit: SI unit.
+
+    Returns:
+        For instance "9.07 .. 9.63 MPa" or "<= 0.045".
+    """
+    if low is None or math.isinf(low):
+        return f"<= {engineering(_number(high), unit)}"
+    if high is None or math.isinf(high):
+        return f">= {engineering(low, unit)}"
+    scale = scale_for(max(abs(low), abs(high)), unit)
+    middle, room = 0.5 * (low + high), 0.5 * (high - low)
+    return f"{middle / scale.factor:.6g} ± {room / scale.factor:.2g} {scale.label}".rstrip()
+
+
+def _new_table(title: str, *columns: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for number, column in enumerate(columns):
+        table.add_column(column, justify="left" if number == 0 else "right", no_wrap=True)
+    return table
+
+
+def verdict_table(summary: Mapping[str, Any]) -> Table:
+    """Table of what was expected and what was found.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per expectation.
+    """
+    table = _new_table("Expected", "number", "found", "allowed", "")
+    for verdict in summary["verdicts"]:
+        unit = verdict["unit"]
+        found = engineering(_number(verdict["value"]), unit, 7)
+        allowed = allowed_text(verdict["low"], verdict["high"], unit)
+        mark = "[green]held[/]" if verdict["passed"] else "[bold red]missed[/]"
+        table.add_row(verdict["key"], found, allowed, mark)
+    return table
+
+
+def step_table(summary: Mapping[str, Any]) -> Table:
+    """Table of the accepted steps; the middle of many is left out.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per step.
+    """
+    names = list(summary["steps"][0]["forces"]) if summary["steps"] else []
+    forces = [f"{name} F{axis}" for name in names for axis in "xy"]
+    counts = ("iterations", "cut-backs", "residual", "open", "stick", "slip")
+    table = _new_table("Steps", "step", "t", *counts, *forces)
+    steps = summary["steps"]
+    half = SHOWN_STEPS // 2
+    shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
+    for step in shown:
+        if step is None:
+            table.add_row("...")
+            continue
+        residual = _number(step["residuals"][-1] if step["residuals"] else None)
+        table.add_row(
+            str(step["step"]),
+            engineering(step["t"], "s", 4),
+            str(step["iterations"]),
+            str(step["cutbacks"]),
+            f"{residual:.1e}",
+            *(str(step[name]) for name in ("open", "stick", "slip")),
+            *(engineering(f, "N/m", 5) for name in names for f in step["forces"][name]),
+        )
+    return table
+
+
+def cost_table(summary: Mapping[str, Any]) -> Table:
+    """Table of the seconds spent per phase, and their share of the floor.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per phase.
+    """
+    timings, floor = summary["timings"], summary["floor"]
+    table = _new_table("Cost", "phase", "seconds", "of floor")
+
+    def add(name: str, seconds: float) -> None:
+        share = f"{100.0 * seconds / floor:.0f} %" if floor else ""
+        table.add_row(name, f"{seconds:.3f}", share)
+
+    def add_if_booked(phase: str, name: str) -> None:
+        if phase in timings:
+            add(name, timings[phase])
+
+    for phase in FLOOR_PHASES:
+        add_if_booked(phase, phase)
+    add("= floor", floor)
+    add_if_booked("contact", "contact")
+    for part in [key for key in timings if key.startswith("contact.")]:
+        add(f"  {part.partition('.')[2]}", timings[part])
+    add_if_booked("newton", "whole solve phase")
+    for phase in (*OTHER_PHASES, "total"):
+        add_if_booked(phase, phase)
+    return table
+
+
+def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) -> None:
+    sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
+    console.print(f"[bold]{summary['title']}[/]  ({directory})", highlight=False)
+    console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
+    for table in (step_table(summary), verdict_table(summary), cost_table(summary)):
+        if table.row_count:
+            console.print(table)
+    if not summary["converged"]:
+        console.print(f"The run stopped: {summary['message']}", markup=False, style="bold red")
+
+
+def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
+    table = _new_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
+    for directory, summary in rows:
+        verdicts = summary["verdicts"]
+        held = sum(bool(verdict["passed"]) for verdict in verdicts)
+        mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
+        table.add_row(
+            str(directory),
+            str(len(summary["steps"])),
+            str(summary["newton_iterations"]),
+            f"{_number(summary['timings'].get('total')):.2f}",
+            f"{held} of {len(verdicts)}",
+            mark,
+        )
+    console.print(table)
+
+
+def report(directories: Sequence[Path], console: Console | None = None) -> int:
+    """Print one run in full, or an overview and the misses of several.
+
+    Args:
+        directories: directories of finished runs.
+        console: where to print, standard output by default.
+
+    Returns:
+        Exit code: 0 if every run came to its end and held what was expected of it, else 1.
+
+    Raises:
+        CaseError: if one of them is not a finished run.
+    """
+    from rich.console import Console
+
+    console = Console() if console is None else console
+    rows = [(directory, read_summary(directory)) for directory in directories]
+    if len(rows) == 1:
+        _print_run(*rows[0], console)
+    else:
+        _print_overview(rows, console)
+        for directory, summary in rows:
+            if not summary["passed"]:
+                console.print(f"[bold]{directory}[/] {summary['message']}", highlight=False)
+                console.print(verdict_table(summary))
+    passed = all(summary["passed"] for _, summary in rows)
+    return ExitCode.DONE if passed else ExitCode.MISSED

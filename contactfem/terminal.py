@@ -1,0 +1,114 @@
+"""What a run says on the terminal, on rank 0: a line per step, and a bar where it can be drawn."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TextIO
+
+from contactfem.engineering import engineering
+from contactfem.results import StepReport
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+    from contactfem.case import Case
+
+
+def step_line(report: StepReport) -> str:
+    """Say in one line how a step went.
+
+    Args:
+        report: the step.
+
+    Returns:
+        The line.
+    """
+    forces = "  ".join(
+        f"{name} ({engineering(force[0], 'N/m', 4)}, {engineering(force[1], 'N/m', 4)})"
+        for name, force in report.forces.items()
+    )
+    cuts = f"  cut-backs {report.cutbacks}" if report.cutbacks else ""
+    status = f"open {report.open}  stick {report.stick}  slip {report.slip}"
+    return (
+        f"step {report.step:4d}  t = {engineering(report.t, 's', 4)}  "
+        f"iterations {report.iterations:2d}  {status}  {forces}{cuts}".rstrip()
+    )
+
+
+class Reporter:
+    """Tells how a run gets on; used as a context, so that the terminal is left in order."""
+
+    def __init__(self, case: Case, stream: TextIO | None = None) -> None:
+        """Prepare; nothing is printed yet.
+
+        Args:
+            case: the case that is run.
+            stream: where to, standard output by default.
+        """
+        self._end = case.time.end
+        self._title = case.title
+        self._stream = sys.stdout if stream is None else stream
+        self._progress: Progress | None = None
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> Reporter:
+        """Show the bar if there is a terminal to show it on."""
+        if self._stream.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (TextColumn("{task.fields[t]:>10}"), BarColumn(), TimeRemainingColumn())
+            console = Console(file=self._stream, highlight=False)
+            self._progress = Progress(*columns, console=console, transient=True)
+            self._task = self._progress.add_task("", total=self._end, t="t = 0 s")
+            self._progress.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Remove the bar."""
+        if self._progress is not None:
+            self._progress.stop()
+
+    def say(self, text: str) -> None:
+        """Print a line above the bar.
+
+        Args:
+            text: the line.
+        """
+        if self._progress is not None:
+            self._progress.console.print(text, markup=False, soft_wrap=True)
+        else:
+            self._stream.write(f"{text}\n")
+            self._stream.flush()
+
+    def step(self, report: StepReport) -> None:
+        """Print an accepted step and move the bar.
+
+        Args:
+            report: the step.
+        """
+        self.say(step_line(report))
+        if self._progress is not None and self._task is not None:
+            now = f"t = {engineering(report.t, 's', 4)}"
+            self._progress.update(self._task, completed=report.t, t=now)
+
+    def retry(self, t: float, dt: float, reason: str) -> None:
+        """Print that a step failed and is tried again with a smaller one.
+
+        Args:
+            t: time at the start of the step [s].
+            dt: length of the next attempt [s].
+            reason: why the attempt before failed.
+        """
+        now, length = engineering(t, "s", 4), engineering(dt, "s", 4)
+        self.say(f"           t = {now}: {reason}; again with a step of {length}")
+
+    def closing(self, lines: Sequence[str]) -> None:
+        """Print the last lines of a run.
+
+        Args:
+            lines: what to say.
+        """
+        for line in lines:
+            self.say(line)
