@@ -15,7 +15,7 @@ PLAIN = """
     homogeneous engineering overrides profiles
     meshes model scene measure contradictions case_links case_errors case listing gaps
     expect check
-    charts interface_figure pictures figures output
+    charts interface_figure pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing
