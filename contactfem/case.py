@@ -10,8 +10,8 @@ from pydantic.json_schema import SkipJsonSchema
 
 from contactfem.case_errors import error_lines
 from contactfem.case_links import broken_links
-from contactfem.errors import CaseError
-from contactfem.model import Model, Name, NonNegative
+from contactfem.errors import CaseError, MeshError
+from contactfem.model import Flag, Model, Name, NonNegative
 from contactfem.overrides import override, with_variant
 from contactfem.references import CLOSED_FORMS, closed_form
 from contactfem.scene import Body, Condition, Interface, Material, Obstacle, Probe
@@ -55,8 +55,8 @@ class Solver(Model):
 class Output(Model):
     """What is written besides the history; `times`: when interfaces are written before the end."""
 
-    fields: bool = True
-    figures: bool = True
+    fields: Flag = True
+    figures: Flag = True
     times: tuple[PositiveTime, ...] = ()
 
     @field_validator("times")
@@ -166,8 +166,6 @@ def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | No
     """
     path = Path(path)
     raw = _toml(path)
-    if "path" in raw:
-        raise CaseError(f"{path}: path: unknown key")
     try:
         if variant is not None:
             raw = with_variant(raw, variant)
@@ -175,12 +173,16 @@ def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | No
             raw = override(raw, text)
     except CaseError as error:
         raise CaseError(f"{path}: {error}") from None
+    if "path" in raw:
+        raise CaseError(f"{path}: path: unknown key")
     axes = 3 if raw.get("dimension") == "3d" else 2
     context = {"strict_units": True, "folder": path.parent, "axes": axes}
     try:
         return Case.model_validate({**raw, "path": path}, context=context)
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {s}" for s in error_lines(error, Case, raw))) from None
+    except MeshError as error:
+        raise CaseError(f"{path}: {error}") from None
 
 
 def _toml(path: Path) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Say what pydantic found wrong: "dotted.key = found: what is allowed; did you mean 'x'?"."""
 
 import json
+import re
 from collections.abc import Iterable, Sequence
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -13,11 +14,7 @@ from contactfem.overrides import nearest
 # what people write, and what it is called here
 SYNONYMS = {
     "slave": ("nonmortar",),
-    "secondary": ("nonmortar",),
-    "source": ("nonmortar",),
     "master": ("mortar",),
-    "primary": ("mortar",),
-    "target": ("mortar",),
     "E": ("youngs_modulus",),
     "nu": ("poisson_ratio",),
     "K": ("bulk_modulus",),
@@ -27,10 +24,10 @@ SYNONYMS = {
     "dt": ("step",),
 }
 PLAIN = {
-    "greater_than": "must be > {gt}",
-    "greater_than_equal": "must be >= {ge}",
-    "less_than": "must be < {lt}",
-    "less_than_equal": "must be <= {le}",
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
     "model_type": "must be a table",
     "model_attributes_type": "must be a table",
     "dict_type": "must be a table",
@@ -40,13 +37,17 @@ PLAIN = {
     "string_type": "must be a text in quotes",
     "float_type": "must be a plain number",
     "int_type": "must be a whole number",
+    "int_from_float": "must be a whole number",
     "bool_type": "must be true or false",
-    "bool_parsing": "must be true or false",
     "finite_number": "must be a finite number",
-    "union_tag_not_found": "must have {discriminator}",
-    "union_tag_invalid": "{discriminator} must be one of {expected_tags}",
 }
-NAME = "must be a name: a letter, then letters, digits, '_' or '-'"
+# errors about the key that tells which of several tables is meant, and that key
+TAGS = {
+    "mesh_builder": "builder",
+    "union_tag_not_found": "shape",
+    "union_tag_invalid": "shape",
+}
+NAME = "must be a name of letters, digits, '_' and '-'"
 
 
 def error_lines(error: ValidationError, model: type[BaseModel], raw: object) -> list[str]:
@@ -112,13 +113,34 @@ def _item(raw: object, key: str | int) -> object:
 def _line(details: ErrorDetails, model: type[BaseModel], raw: object) -> str:
     kind, found = details["type"], details["input"]
     keys = _real_keys(details["loc"], raw, kind == "missing")
-    where = ".".join(str(key) for key in keys) or "case"
+    if kind in TAGS:
+        return _tag_line(keys, TAGS[kind], details)
+    where = _dotted(keys)
     if kind == "extra_forbidden":
         return f"{where}: unknown key{_hint(str(keys[-1]), allowed_keys(model, keys[:-1], raw))}"
     if kind == "missing":
         return f"{where}: is missing"
-    shown = _shown(found)
+    shown = _shown(found) if details["loc"][-1:] != ("[key]",) else ""
     return f"{where}{f' = {shown}' if shown else ''}: {_message(details)}"
+
+
+def _tag_line(keys: list[str | int], tag: str, details: ErrorDetails) -> str:
+    """Line about the key that tells which of several tables is meant."""
+    if details["type"] == "union_tag_not_found":
+        return f"{_dotted([*keys, tag])}: is missing"
+    found = details["input"].get(tag)
+    choices = details.get("ctx", {}).get("expected_tags", "").replace("'", "").split(", ")
+    text = details["msg"] if choices == [""] else f"must be one of {', '.join(choices)}"
+    known = choices if choices != [""] else text.rpartition("one of ")[2].split(", ")
+    shown = "" if found is None else f" = {_shown(found)}"
+    return f"{_dotted([*keys, tag])}{shown}: {text}{_near(found, known)}"
+
+
+def _dotted(keys: Iterable[str | int]) -> str:
+    """Key as it would stand in the file."""
+    bare = re.compile(r"[A-Za-z0-9_-]+")
+    texts = [str(key) for key in keys]
+    return ".".join(t if bare.fullmatch(t) else json.dumps(t, ensure_ascii=False) for t in texts)
 
 
 def _message(details: ErrorDetails) -> str:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from contactfem.scene import Condition
 
 
+NEAR = 1e-6  # relative to the body's size
+
+
 def broken_links(case: Case) -> list[str]:
     """Everything about a case that one table alone cannot tell.
 
@@ -83,8 +86,10 @@ def _interfaces(case: Case) -> Iterator[str]:
         if "." in sides.mortar:
             yield from _surface(case, f"{key}.mortar", sides.mortar)
         elif sides.mortar not in case.obstacles:
-            known = [*case.obstacles, *(f"{body}." for body in case.bodies)]
-            yield _unknown(f"{key}.mortar", sides.mortar, "obstacle", known)
+            if sides.mortar in case.bodies:
+                yield f"{key}.mortar = {sides.mortar}: must be 'body.surface'"
+            else:
+                yield _unknown(f"{key}.mortar", sides.mortar, "obstacle", case.obstacles)
         if sides.mortar == sides.nonmortar:
             yield f"{key}.mortar = {sides.mortar}: is the nonmortar side too; give another surface"
         first = carriers.setdefault(sides.nonmortar, name)
@@ -101,7 +106,7 @@ def _conditions(case: Case) -> Iterator[str]:
         else:
             yield from _surface(case, f"{key}.on", condition.on)
         yield from _components(case, key, condition)
-        yield from _position(case, key, condition.at)
+        yield from _position(case, key, condition.body, condition.at)
 
 
 def _components(case: Case, key: str, condition: Condition) -> Iterator[str]:
@@ -121,9 +126,22 @@ def _components(case: Case, key: str, condition: Condition) -> Iterator[str]:
             yield f"{key}.grip: '{axis}' is neither a displacement nor a force"
 
 
-def _position(case: Case, key: str, at: tuple[float, ...] | None) -> Iterator[str]:
-    if at is not None and len(at) != case.axes:
+def _position(case: Case, key: str, body: str, at: tuple[float, ...] | None) -> Iterator[str]:
+    """Check that a position has the right number of coordinates and is not far from its body."""
+    if at is None:
+        return
+    if len(at) != case.axes:
         yield f"{key}.at: must have {case.axes} coordinates"
+    elif body in case.bodies and not isinstance(mesh := case.bodies[body].mesh, MeshFile):
+        low, high = mesh.extent()
+        room = NEAR * max(high - low)
+        outside = [
+            axis
+            for axis, x, a, b in zip(AXES, at, low, high, strict=False)
+            if not a - room <= x <= b + room
+        ]
+        if outside:
+            yield f"{key}.at: lies outside of '{body}' in {outside[0]}"
 
 
 def _probes(case: Case) -> Iterator[str]:
@@ -131,7 +149,7 @@ def _probes(case: Case) -> Iterator[str]:
         key = f"probes.{name}"
         if probe.on not in case.bodies:
             yield _unknown(f"{key}.on", probe.on, "body", case.bodies)
-        yield from _position(case, key, probe.at)
+        yield from _position(case, key, probe.on, probe.at)
         if case.axes == 2 and probe.value in ("displacement.z", "stress.yz", "stress.xz"):
             yield f"{key}.value = {probe.value}: is zero in {case.dimension}"
 

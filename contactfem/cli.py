@@ -1,15 +1,17 @@
 """The command line: check, mesh, run, report, schema."""
 
 import argparse
+import glob
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from contactfem import __version__
-from contactfem.errors import CaseError, ContactfemError
+from contactfem.errors import CaseError, ContactfemError, ExitCode
 
-DONE, MISSED, BAD_CASE, GAVE_UP, BUG = 0, 1, 2, 3, 70
+INTERRUPTED = 130  # as shells have it
 EXIT_CODES = "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up"
 
 
@@ -28,17 +30,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return command(options)
     except ContactfemError as error:
         print(error, file=sys.stderr)
-        return exit_code(error)
+        return error.exit_code
     except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
-        sys.stdout = None
-        return DONE
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return ExitCode.DONE
     except KeyboardInterrupt:
-        return 130
-
-
-def exit_code(error: ContactfemError) -> int:
-    """Exit code for an error that ends a command."""
-    return BAD_CASE if isinstance(error, CaseError) else GAVE_UP
+        return INTERRUPTED
 
 
 def parser() -> argparse.ArgumentParser:
@@ -107,7 +104,7 @@ def _check(options: argparse.Namespace) -> int:
             lines = str(error).splitlines()
             raise CaseError("\n".join(f"{line} (variant {variant})" for line in lines)) from None
     print(check_case(case))
-    return DONE
+    return ExitCode.DONE
 
 
 def _mesh(options: argparse.Namespace) -> int:
@@ -117,7 +114,7 @@ def _mesh(options: argparse.Namespace) -> int:
     case = read_case(options.case, options.overrides, options.variant)
     for line in write_meshes(case, options.out):
         print(line)
-    return DONE
+    return ExitCode.DONE
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -127,28 +124,29 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from contactfem.report import report_directory
+    from contactfem.report import report
 
-    met = [report_directory(_directory(path)) for path in options.paths]
-    return DONE if all(met) else MISSED
+    return report([folder for path in options.paths for folder in _folders(path)])
 
 
-def _directory(path: Path) -> Path:
-    """Folder of a run, from itself or from its case file.
+def _folders(path: Path) -> list[Path]:
+    """Folders of runs: the path itself, or those of a case file and its variants.
 
     Raises:
         CaseError: there is neither.
     """
     if path.is_dir():
-        return path
-    folder = Path("runs") / path.stem
-    if not folder.is_dir():
-        raise CaseError(f"{path}: has no results in {folder}; 'contactfem run {path}' makes them")
-    return folder
+        return [path]
+    runs = Path("runs")
+    folders = [runs / path.stem, *sorted(runs.glob(f"{glob.escape(path.stem)}-*"))]
+    found = [folder for folder in folders if folder.is_dir()]
+    if not found:
+        raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
+    return found
 
 
 def _schema(options: argparse.Namespace) -> int:
     from contactfem.case import Case
 
     print(json.dumps(Case.model_json_schema(), indent=2))
-    return DONE
+    return ExitCode.DONE

@@ -10,10 +10,8 @@ from mpi4py import MPI
 
 from contactfem.case import Case, read_case
 from contactfem.check import describe
-from contactfem.cli import BUG, DONE, GAVE_UP, MISSED, exit_code
-from contactfem.errors import ContactfemError
-from contactfem.expect import check_names, judge
-from contactfem.measure import measure
+from contactfem.errors import ContactfemError, ExitCode
+from contactfem.expect import check_names
 
 PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
 
@@ -35,19 +33,18 @@ def run_command(path: Path, overrides: Sequence[str], variant: str | None, out: 
     try:
         return _run_all(comm, path, overrides, variant, out)
     except ContactfemError as error:
-        code = exit_code(error)
         if comm.rank == 0:
             print(error, file=sys.stderr, flush=True)
         if not _all_here(failures):
             if comm.rank:
                 print(f"rank {comm.rank}: {error}", file=sys.stderr, flush=True)
-            comm.Abort(code)
-        return code
+            comm.Abort(error.exit_code)
+        return error.exit_code
     except Exception:
         print(f"rank {comm.rank}: {traceback.format_exc()}", file=sys.stderr, flush=True)
         if comm.size > 1:
-            comm.Abort(BUG)  # the other ranks wait for this one and would do so for ever
-        return BUG
+            comm.Abort(ExitCode.BUG)  # the other ranks wait for this one and would do so for ever
+        return ExitCode.BUG
 
 
 def _all_here(comm: MPI.Comm) -> bool:
@@ -106,22 +103,25 @@ def _run_one(comm: MPI.Comm, case: Case, out: Path) -> int:
     if comm.rank == 0:
         print(describe(case), flush=True)
     result = run_case(case, comm, out)
-    met = True
+    passed = True
     if comm.rank == 0:
-        met = _verdict(case, measure(result))
-        print(f"results in {out}", flush=True)
-        if not result.converged:
+        passed = _closing(out)
+        if result.message:
             print(result.message, file=sys.stderr, flush=True)
-    met = bool(comm.bcast(met))
+    passed = bool(comm.bcast(passed))
     if not result.converged:
-        return GAVE_UP
-    return DONE if met else MISSED
+        return ExitCode.GAVE_UP
+    return ExitCode.DONE if passed else ExitCode.MISSED
 
 
-def _verdict(case: Case, values: dict[str, float]) -> bool:
-    """Print what was expected and what came; True if all expectations are met."""
-    from contactfem.report import print_verdicts
+def _closing(out: Path) -> bool:
+    """Print what was expected and what came; whether all expectations are met."""
+    from rich.console import Console
 
-    verdicts = judge(case, values)
-    print_verdicts(verdicts)
-    return all(verdict.passed for verdict in verdicts)
+    from contactfem.report import read_summary, verdict_table
+
+    summary = read_summary(out)
+    if summary["verdicts"]:
+        Console().print(verdict_table(summary))
+    print(f"results in {out}", flush=True)
+    return all(verdict["passed"] for verdict in summary["verdicts"])

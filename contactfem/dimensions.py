@@ -10,8 +10,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
+from functools import cache
+from typing import TYPE_CHECKING
 
 from contactfem.errors import ContactfemError
+
+if TYPE_CHECKING:
+    import pint
 
 Exponents = tuple[float, float, float, float]
 
@@ -59,9 +64,9 @@ PREFIXABLE = {
     "Pa": Unit(1.0, (-1, 1, -2, 0)),
     "J": Unit(1.0, (2, 1, -2, 0)),
     "W": Unit(1.0, (2, 1, -3, 0)),
-    "bar": Unit(1e5, (-1, 1, -2, 0)),
 }
 PLAIN = {
+    "bar": Unit(1e5, (-1, 1, -2, 0)),
     "min": Unit(60.0, (0, 0, 1, 0)),
     "h": Unit(3600.0, (0, 0, 1, 0)),
     "rad": Unit(1.0),
@@ -96,7 +101,6 @@ DIMENSIONS = {
     "m/s": "velocity",
     "m^2": "area",
     "J": "energy",
-    "J/m^2": "energy per area",
     "W/m^2/K": "conductance",
 }
 
@@ -149,12 +153,17 @@ def scaled(number: float, factor: float) -> float:
 
 
 def dimension(exponents: Exponents) -> str:
-    """Name of a dimension, such as "length", or its SI unit where it has no name."""
+    """Name of a dimension, such as "a length", or its SI unit where it has no name."""
     for symbol, name in DIMENSIONS.items():
         if unit(symbol).exponents == exponents:
-            return name
+            return with_article(name)
     parts = zip(("m", "kg", "s", "K"), exponents, strict=True)
-    return "quantity in " + " ".join(f"{s}^{e:g}" if e != 1 else s for s, e in parts if e)
+    return "a quantity in " + " ".join(f"{s}^{e:g}" if e != 1 else s for s, e in parts if e)
+
+
+def with_article(name: str) -> str:
+    """Put "a" or "an" before a word."""
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 def _tokens(text: str) -> list[str]:
@@ -214,11 +223,18 @@ def _symbol(name: str) -> Unit:
     return _from_pint(name)
 
 
+@cache
+def _registry() -> "pint.UnitRegistry[float]":
+    import pint
+
+    return pint.UnitRegistry()
+
+
 def _from_pint(name: str) -> Unit:
     """Ask pint for a unit that is not in the tables above, such as "inch" or "psi"."""
     import pint
 
-    registry = pint.UnitRegistry()
+    registry = _registry()
     try:
         one = registry.Unit(name)
         if not registry.Quantity(1, one)._is_multiplicative:

@@ -1,15 +1,32 @@
-"""The exceptions that a user may see, each with a message of one line."""
+"""The exceptions that a user may see, and how the program ends with them."""
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """How the program ends."""
+
+    DONE = 0
+    MISSED = 1  # an expectation
+    BAD_CASE = 2
+    GAVE_UP = 3
+    BUG = 70
 
 
 class ContactfemError(Exception):
     """Anything that contactfem has to say about why it cannot go on."""
 
+    exit_code = ExitCode.GAVE_UP
+
 
 class CaseError(ContactfemError):
     """A case file that cannot be run as it stands.
 
-    The message reads "file: dotted.key = found: what is allowed; did you mean 'x'?".
+    The message has a line per mistake: "file: dotted.key = found: what is allowed; did you mean
+    'x'?".
     """
+
+    exit_code = ExitCode.BAD_CASE
 
 
 class MeshError(CaseError):

@@ -110,11 +110,15 @@ def _merged(old: Any, new: Any, where: str) -> Any:
 
 
 def _list_merged(old: list[Any], new: Raw, where: str) -> list[Any]:
-    """List with some items changed; the index after the last one appends."""
+    """List with some items changed; the index after the last one appends.
+
+    Items of short lists, which may be components, are also found by x, y and z.
+    """
     merged = list(old)
-    for key, value in new.items():
+    for name, value in new.items():
+        key = str("xyz".index(name)) if name in ("x", "y", "z") else name
         if not key.isascii() or not key.isdigit() or int(key) > len(merged):
-            raise CaseError(f"{where}{key}: must be an index from 0 to {len(merged)}")
+            raise CaseError(f"{where}{name}: must be an index from 0 to {len(merged)}")
         if int(key) == len(merged):
             merged.append(value)
         else:

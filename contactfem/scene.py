@@ -9,6 +9,7 @@ from contactfem.model import (
     BodyForce,
     Displacement,
     Finite,
+    Flag,
     Model,
     NonNegative,
     PlateForce,
@@ -31,7 +32,7 @@ from contactfem.units import (
 )
 
 Modulus = Annotated[Pressure, Field(gt=0)]
-Poisson = Annotated[float, Field(strict=True, gt=-1, lt=0.5)]
+Poisson = Annotated[float, Field(strict=True, gt=-1, lt=0.5, allow_inf_nan=False)]
 Position = Annotated[tuple[Length, ...], Field(min_length=2, max_length=3)]
 
 
@@ -98,7 +99,7 @@ class Body(Model):
 
     material: str
     mesh: MeshSpec
-    temperature: TemperatureTable = constant(0.0)
+    temperature: TemperatureTable = Field(default_factory=lambda: constant(0.0))
 
 
 def _at_rest() -> Displacement:
@@ -137,7 +138,7 @@ class Circle(RigidObstacle):
     shape: Literal["circle"]
     center: tuple[Length, Length]
     radius: Annotated[Length, Field(gt=0)]
-    inside: bool = False
+    inside: Flag = False
 
 
 Obstacle = Annotated[Plane | Circle, Field(discriminator="shape")]

@@ -13,7 +13,15 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from contactfem.dimensions import DIMENSIONS, UnitError, dimension, scaled, split, unit
+from contactfem.dimensions import (
+    DIMENSIONS,
+    UnitError,
+    dimension,
+    scaled,
+    split,
+    unit,
+    with_article,
+)
 from contactfem.tables import Table, constant
 
 STRICT: Mapping[str, Any] = {"strict_units": True}
@@ -51,7 +59,7 @@ def si(text: str, symbol: str) -> float:
         raise UnitError("has no unit")
     found, expected = unit(rest), unit(symbol)
     if found.exponents != expected.exponents:
-        raise UnitError(f"is a {dimension(found.exponents)}, not a {dimension(expected.exponents)}")
+        raise UnitError(f"is {dimension(found.exponents)}, not {dimension(expected.exponents)}")
     value = scaled(number, found.factor)
     if not math.isfinite(value):
         raise UnitError("is too large a number")
@@ -60,8 +68,7 @@ def si(text: str, symbol: str) -> float:
 
 def _allowed(symbol: str) -> str:
     name = DIMENSIONS.get(symbol, f"quantity in {symbol}")
-    article = "an" if name[0] in "aeiou" else "a"
-    return f"{article} {name} such as '{EXAMPLES.get(symbol, f'1 {symbol}')}'"
+    return f"{with_article(name)} such as '{EXAMPLES.get(symbol, f'1 {symbol}')}'"
 
 
 def _wrong(why: str, allowed: str) -> PydanticCustomError:
