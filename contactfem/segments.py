@@ -43,6 +43,9 @@ def find_pairs(
 
     Returns:
         Pairs (nonmortar facet, mortar facet) ordered by both, shape (p, 2).
+
+    Raises:
+        ValueError: The radius is not positive.
     """
     nonmortar = np.ascontiguousarray(mesh.nonmortar[chosen])
     capacity = 4 * len(nonmortar) + 4 * len(mesh.mortar) + 16
@@ -52,6 +55,8 @@ def find_pairs(
             _read(x), _read(normals), len(nonmortar), _read_int(nonmortar), len(mesh.mortar),
             _read_int(mesh.mortar), radius, capacity, _write_int(pairs),
         )  # fmt: skip
+        if count < 0:
+            raise ValueError(f"search radius {radius:g} m: must be positive")
         if count <= capacity:
             break
         capacity = count
@@ -94,12 +99,13 @@ def cut(
 
 
 def _hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> list[int]:
-    """Segments behind a nearer one of the same nonmortar facet."""
-    if not keep.any():
-        return []
-    covered = np.bincount(facet[keep], (span[:, 1] - span[:, 0])[keep])
+    """Segments whose middle is behind a nearer one of the same nonmortar facet."""
+    order = np.lexsort((span[:, 0], facet))
+    order = order[keep[order]]
+    first, second = order[:-1], order[1:]
+    meet = (facet[first] == facet[second]) & (span[second, 0] < span[first, 1] - OVERLAP)
     hidden = []
-    for f in np.flatnonzero(covered > 2.0 + OVERLAP):
+    for f in np.unique(facet[first[meet]]):
         mine = np.flatnonzero(keep & (facet == f))
         taken: list[int] = []
         for s in mine[np.argsort(distance[mine], kind="stable")]:

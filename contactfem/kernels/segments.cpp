@@ -13,6 +13,9 @@ constexpr int n_integrals = 7;
 constexpr int n_points = 3;
 constexpr double gauss_x[n_points] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
 constexpr double gauss_w[n_points] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+// Sine of the angle between a mortar facet and the normals below which it covers nothing: seen along
+// its own direction its coordinate would be 0 / 0.
+constexpr double upright = 1e-12;
 
 template <typename T> struct Point {
   T x, y;
@@ -72,6 +75,12 @@ template <int N> Dual<N> live(const Pair<Dual<N>> &s, const Point<Dual<N>> &c, d
   return r;
 }
 
+// Whether the mortar facet runs against the nonmortar one, seen along the normal at xi.
+bool opposed(const Pair<double> &s, double xi) {
+  const Point<double> edge = s.d - s.c, n = at(s.na, s.nb, xi);
+  return cross(edge, n) > upright * std::sqrt(dot(edge, edge) * dot(n, n));
+}
+
 // Interval of the facet that the mortar facet covers: clipping at +-1 is the projection of the
 // nonmortar end nodes along their own normals.
 template <typename T>
@@ -79,13 +88,11 @@ bool covered(const Pair<T> &s, const Pair<double> &plain_pair, T *lo, T *hi) {
   double xc = 0.0, xd = 0.0;
   if (!project(plain_pair, plain_pair.c, &xc) || !project(plain_pair, plain_pair.d, &xd))
     return false;
-  if (xd >= xc) // seen along the normals the mortar facet runs against the nonmortar one
-    return false;
-  if (xd >= 1.0 || xc <= -1.0)
+  if (xd >= xc || xd >= 1.0 || xc <= -1.0)
     return false;
   *lo = xd > -1.0 ? live(s, s.d, xd) : T(-1.0);
   *hi = xc < 1.0 ? live(s, s.c, xc) : T(1.0);
-  return value(*hi) > value(*lo);
+  return opposed(plain_pair, value(*lo)) && opposed(plain_pair, value(*hi));
 }
 
 template <typename T> void integrate(const Pair<T> &s, const T &lo, const T &hi, T *q, double *distance) {
