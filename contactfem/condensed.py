@@ -202,10 +202,16 @@ class Condensed:
     def _to_force_rows(interface: Interface, c: Conditions) -> sp.csr_matrix:
         """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
         n_row, t_row = row_scales(interface, c)
-        normals = c.operators.normals
-        columns = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
-        blocks = sp.block_diag(list(columns), format="csr") if len(columns) else None
-        return sp.block_diag((sp.eye(2 * len(interface.nodes.X)), blocks), format="csr")
+        normals, n_nodes = c.operators.normals, len(interface.nodes.X)
+        n = len(n_row)
+        scaled = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
+        size = 2 * (n_nodes + n)
+        forces = np.arange(2 * n_nodes)
+        pairs = np.repeat(2 * n_nodes + 2 * np.arange(n), 4).reshape(n, 2, 2) + np.arange(2)
+        data = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
+        indices = np.concatenate((forces, pairs.ravel()))
+        indptr = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1)))
+        return sp.csr_matrix((data, indices, indptr), (size, size))
 
 
 def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:

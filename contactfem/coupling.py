@@ -26,6 +26,7 @@ class Coupling:
         self._nonmortar = _adjacency(mesh.nonmortar, mesh.n_nonmortar)
         self._mortar = _adjacency(mesh.mortar, mesh.n_nodes)
         self._bulk_columns = self._columns_of_nonmortar_rows()
+        self._keys = np.empty(0, np.int64)
         self.wide = sp.csr_matrix((mesh.n_nonmortar, mesh.n_nodes), dtype=np.int32)
 
     def include(self, touched: sp.csr_matrix, active: Bools) -> bool:
@@ -38,15 +39,21 @@ class Coupling:
         Returns:
             Whether the pattern had to grow.
         """
-        needed = _pattern(sp.diags(active.astype(np.int32)) @ _pattern(touched))
-        if needed.multiply(self.wide).nnz == needed.nnz:
+        place = touched.tocoo()
+        at = active[place.row]
+        keys = place.row[at].astype(np.int64) * touched.shape[1] + place.col[at]
+        if np.isin(keys, self._keys, assume_unique=False).all():
             return False
+        ones = np.ones(len(keys), np.int32)
+        needed = sp.coo_matrix((ones, (place.row[at], place.col[at])), touched.shape).tocsr()
         mortar, nonmortar = self._mortar, self._nonmortar
         for _ in range(AHEAD_MORTAR):
             needed = _pattern(needed @ mortar)
         for _ in range(AHEAD_NONMORTAR):
             needed = _pattern(nonmortar @ needed)
         self.wide = _pattern(self.wide + needed)
+        wide = self.wide.tocoo()
+        self._keys = wide.row.astype(np.int64) * touched.shape[1] + wide.col
         return True
 
     def pattern(self) -> sp.csr_matrix:

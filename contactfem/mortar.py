@@ -64,12 +64,12 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     if segments.derivatives is None:
         return Mortar(row, col, value, None)
     dq = _integral_derivatives(mesh, segments, normals)
-    one = np.arange(len(e))
-    dm = _blocks(np.broadcast_to(np.eye(3, 7), (len(e), 3, 7)), e, one, len(facets)) @ dq
+    dm = _sums(e, len(facets)) @ dq
     by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(len(e), 10, 3)
-    direct = _blocks(blocks.reshape(len(e), 10, 7), one, one, len(e)) @ dq
-    derivative = direct + _blocks(by_basis, one, e, len(e), len(facets)) @ dm
-    return Mortar(row, col, value, derivative.tocsr()[used])
+    one = np.arange(len(e))
+    direct = block_rows(blocks.reshape(len(e), 10, 7), one[:, None], 7 * len(e)) @ dq
+    derivative = direct + block_rows(by_basis, e[:, None], 3 * len(facets)) @ dm
+    return Mortar(row, col, value, derivative[used])
 
 
 def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
@@ -133,29 +133,38 @@ def _integral_derivatives(
 ) -> sp.csr_matrix:
     """Derivative of all integrals with respect to all positions, normals included, (7 s, 2 n)."""
     assert segments.derivatives is not None
-    s = len(segments.facets)
-    one = np.arange(s)
     nm, m = mesh.nonmortar[segments.facets[:, 0]], mesh.mortar[segments.facets[:, 1]]
-    total = sp.csr_matrix((7 * s, 2 * mesh.n_nodes))
-    through = sp.csr_matrix((7 * s, 2 * mesh.n_nonmortar))
-    for k in (0, 1):
-        dx, dn, dm = (segments.derivatives[:, :, 2 * i + off : 2 * i + off + 2]
-                      for i, off in ((k, 0), (k, 4), (k, 8)))  # fmt: skip
-        total += _blocks(dx, one, nm[:, k], s, mesh.n_nodes)
-        total += _blocks(dm, one, m[:, k], s, mesh.n_nodes)
-        through += _blocks(dn, one, nm[:, k], s, mesh.n_nonmortar)
-    return total + through @ normals.derivative
+    d = segments.derivatives
+    positions = np.concatenate((d[:, :, 0:4], d[:, :, 8:12]), axis=2)
+    direct = block_rows(positions, np.hstack((nm, m)), 2 * mesh.n_nodes)
+    through_normals = block_rows(d[:, :, 4:8], nm, 2 * mesh.n_nonmortar)
+    return direct + through_normals @ normals.derivative
 
 
-def _blocks(
-    values: Floats, rows: Ints, cols: Ints, n_rows: int, n_cols: int | None = None
-) -> sp.csr_matrix:
-    """Sparse matrix of equal dense blocks (b, r, c) at block places (rows, cols)."""
-    b, r, c = values.shape
-    i = (r * rows[:, None] + np.arange(r))[:, :, None] + np.zeros(c, np.int64)
-    j = (c * cols[:, None] + np.arange(c))[:, None, :] + np.zeros((r, 1), np.int64)
-    shape = (r * n_rows, c * (b if n_cols is None else n_cols))
-    return sp.coo_matrix((values.ravel(), (i.ravel(), j.ravel())), shape=shape).tocsr()
+def _sums(e: Ints, n_facets: int) -> sp.csr_matrix:
+    """Sums of the first three integrals of the segments of each facet, (3 facets, 7 segments)."""
+    i = np.arange(3)
+    rows, cols = (3 * e[:, None] + i).ravel(), (7 * np.arange(len(e))[:, None] + i).ravel()
+    return sp.csr_matrix((np.ones(len(rows)), (rows, cols)), (3 * n_facets, 7 * len(e)))
+
+
+def block_rows(values: Floats, places: Ints, n_cols: int) -> sp.csr_matrix:
+    """Sparse matrix of dense rows of blocks: built as it is stored, without sorting.
+
+    Args:
+        values: Rows of each of b blocks, side by side, (b, r, k c) for k places of c columns.
+        places: Block columns of each block, (b, k), different ones within a block.
+        n_cols: Columns of the matrix.
+
+    Returns:
+        Matrix (b r, n_cols).
+    """
+    b, r, width = values.shape
+    c = width // places.shape[1]
+    columns = (c * places[:, :, None] + np.arange(c)).reshape(b, 1, width)
+    indices = np.broadcast_to(columns, values.shape).astype(np.int32).ravel()
+    indptr = np.arange(0, b * r * width + 1, width, dtype=np.int32)
+    return sp.csr_matrix((values.ravel(), indices, indptr), shape=(b * r, n_cols))
 
 
 def _stack(rows: tuple[object, ...]) -> Floats:

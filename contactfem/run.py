@@ -17,10 +17,11 @@ from contactfem.recorder import Recorder
 from contactfem.results import RunResult, StepReport
 from contactfem.scene import Condition
 from contactfem.state import State, initial_state
-from contactfem.surfaces import Bools
+from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
 
+TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
@@ -108,21 +109,24 @@ class _Loop:
         )
 
     def _first_contact(self) -> tuple[Bools | None, ...]:
-        """Nodes that stick in the first iteration where only contact can hold a body."""
-        return tuple(
-            first_contact(self, k) if self._held_by_contact(k) else None
-            for k in range(len(self.discretisation.interfaces))
-        )
+        """Nodes that stick in the first iteration of a first contact, per interface."""
+        return tuple(self._first_stick(k) for k in range(len(self.discretisation.interfaces)))
 
-    def _held_by_contact(self, k: int) -> bool:
-        """Whether an interface must hold a body and was not in contact so far."""
+    def _first_stick(self, k: int) -> Bools | None:
+        """Guess of the first active set; None where the last state is the better guess."""
         if self.state.conditions and self.state.conditions[k].active.any():
-            return False
-        sides = self.case.interfaces[self.discretisation.interfaces[k].name]
-        return any(
+            return None
+        interface = self.discretisation.interfaces[k]
+        operators = interface.contact.operators(
+            interface.nodes.positions(self.state.t, self.ramp_end)
+        )
+        seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
+        sides = self.case.interfaces[interface.name]
+        held_by_contact = any(
             side.partition(".")[0] in self.discretisation.unheld
             for side in (sides.nonmortar, sides.mortar)
         )
+        return first_contact(operators.gap, operators.full, seen, held_by_contact)
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions
@@ -151,25 +155,26 @@ class _Loop:
         return report
 
 
-def first_contact(loop: _Loop, k: int) -> Bools:
-    """Nodes of an interface whose gap lies in the lowest 30 % of the range of gaps.
+def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Bools | None:
+    """Nodes that a first contact starts from, to stick for one iteration.
 
     Args:
-        loop: The run.
-        k: Number of the interface.
+        gap: Mean gap of the nodes [m], (n,).
+        size: Facet length of the nodes [m], (n,).
+        seen: Nodes that carry a multiplier and face the other side, (n,).
+        held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
+            the lowest 30 % of the range of gaps close, otherwise those that touch.
 
     Returns:
-        Mask over the nonmortar nodes.
+        Mask, (n,); None where no node touches and none has to.
     """
-    interface = loop.discretisation.interfaces[k]
-    operators = interface.contact.operators(
-        interface.nodes.positions(loop.state.t, loop.ramp_end)
-    )
-    seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
+    touching = seen & (np.abs(gap) <= TOUCH * size)
+    if not held_by_contact:
+        return touching if touching.any() else None
     if not seen.any():
         return seen
-    low, high = operators.gap[seen].min(), operators.gap[seen].max()
-    return np.asarray(seen & (operators.gap <= low + FIRST_CONTACT * (high - low)))
+    low, high = gap[seen].min(), gap[seen].max()
+    return np.asarray(seen & (gap <= low + FIRST_CONTACT * (high - low)))
 
 
 def _stops(case: Case) -> list[float]:
