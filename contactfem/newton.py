@@ -115,6 +115,7 @@ class NewtonSolver:
         self._step, self._seen, self._reason = step, {}, ""
         self._residuals: list[float] = []
         self._statuses: list[bytes] = []
+        self.history: list[list[Conditions]] = []
         self.conditions: list[Conditions] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
@@ -145,6 +146,7 @@ class NewtonSolver:
             self.conditions = self.condensed.evaluate(
                 positions, self._step.histories, stick, out
             )
+            self.history.append(self.conditions)
 
     def reactions(self) -> list[float]:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""

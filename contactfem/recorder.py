@@ -2,17 +2,21 @@
 
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from mpi4py import MPI
 
 from contactfem.case import Case
-from contactfem.control import GiveUp, Retry
 from contactfem.discretise import Discretisation
 from contactfem.gathering import interface_tables
 from contactfem.results import RunResult, StepReport
 from contactfem.state import State
 from contactfem.timers import Timers
+
+if TYPE_CHECKING:
+    from contactfem.fields import FieldWriter
+    from contactfem.output import OutputWriter
+    from contactfem.terminal import Reporter
 
 
 class Recorder:
@@ -36,15 +40,18 @@ class Recorder:
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         self._times = list(case.output.times)
-        self._fields = None
-        self._writer = None
+        self._fields: FieldWriter | None = None
+        self._writer: OutputWriter | None = None
+        self._voice: Reporter | None = None
         if out is None:
             return
         with timers.book("output"):
             if comm.rank == 0:
                 from contactfem.output import OutputWriter
+                from contactfem.terminal import Reporter
 
                 self._writer = OutputWriter(out, case, command_of(case, comm.size))
+                self._voice = Reporter(case)
             if case.output.fields:
                 from contactfem.fields import FieldWriter
 
@@ -54,6 +61,8 @@ class Recorder:
 
     def __enter__(self) -> Self:
         """Open for the time of a run."""
+        if self._voice is not None:
+            self._voice.__enter__()
         return self
 
     def __exit__(
@@ -62,7 +71,9 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the field files."""
+        """Close the field files and leave the terminal in order."""
+        if self._voice is not None:
+            self._voice.__exit__(kind, error, trace)
         if self._fields is not None:
             self._fields.close()
 
@@ -71,6 +82,8 @@ class Recorder:
         with self._timers.book("output"):
             if self._writer is not None:
                 self._writer.step(report)
+            if self._voice is not None:
+                self._voice.step(report)
             if self._times and report.t >= self._times[0] * (1.0 - 1e-12):
                 self._times.pop(0)
                 if self._writer is not None:
@@ -82,8 +95,10 @@ class Recorder:
                 }
                 self._fields.write(report.t, stress)
 
-    def failure(self, t: float, dt: float, reason: str, decision: Retry | GiveUp) -> None:
-        """Say that a step failed and what follows."""
+    def failure(self, t: float, reason: str, dt: float) -> None:
+        """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""
+        if self._voice is not None:
+            self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank."""

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from contactfem.case import Case
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
+from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
 from contactfem.gathering import body_pictures, interface_tables, probe_values
 from contactfem.laws import Status
@@ -88,20 +89,37 @@ class _Loop:
                 if solved.converged:
                     break
                 self.state.restore(self.discretisation)
+                reason = self._why(solved)
                 decision = after_failure(step, cutbacks, self.limits)
-                self.recorder.failure(self.state.t + step, step, solved.reason, decision)
                 if isinstance(decision, GiveUp):
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
-                        f"{solved.reason}; {decision.reason}. The last good state, "
+                        f"{reason}; {decision.reason}. The last good state, "
                         f"t = {self.state.t:g} s, is written"
                     )
+                self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
             report = self._accept(step, solved, cutbacks, time.perf_counter() - begun)
             easy.append(report.iterations)
             grown = after_success(dt, easy, self.limits)
             dt, easy = grown, easy if grown == dt else []
         return ""
+
+    def _why(self, solved: SolveReport) -> str:
+        """Why a solve failed: what the solver says, and what the contact status says."""
+        held = {
+            interface.name
+            for interface in self.discretisation.interfaces
+            if self._alone_holds(interface.name)
+        }
+        status = explain(self.discretisation.interfaces, self.solver.history, held)
+        return f"{solved.reason}; {status}" if status else solved.reason
+
+    def _alone_holds(self, name: str) -> bool:
+        """Whether only contact can hold a body of an interface."""
+        sides = self.case.interfaces[name]
+        bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
+        return not bodies.isdisjoint(self.discretisation.unheld)
 
     def _attempt(self, t: float) -> SolveReport:
         return self.solver.solve(
@@ -121,12 +139,8 @@ class _Loop:
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
         seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        sides = self.case.interfaces[interface.name]
-        held_by_contact = any(
-            side.partition(".")[0] in self.discretisation.unheld
-            for side in (sides.nonmortar, sides.mortar)
-        )
-        return first_contact(operators.gap, operators.full, seen, held_by_contact)
+        alone = self._alone_holds(interface.name)
+        return first_contact(operators.gap, operators.full, seen, alone)
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions
