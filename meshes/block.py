@@ -1,9 +1,11 @@
 """Rectangle of quadrilaterals or triangles."""
 
-from typing import Annotated, Literal
+from dataclasses import replace
+from itertools import pairwise
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
 from contactfem.meshes.data import Floats, MeshData
@@ -11,6 +13,7 @@ from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 from contactfem.units import Length
 
 Ratio = Annotated[float, Field(gt=0)]
+SAME_LINE = 1e-9  # relative to the width
 
 
 class Structured(Builder):
@@ -37,19 +40,47 @@ class Structured(Builder):
 
 
 class Block(Structured):
-    """Rectangle with groups left, right, bottom, top."""
+    """Rectangle with groups left, right, bottom, top.
+
+    `split` gives lines of the array, by their x, that cut the top into the groups top_1, top_2, ...
+    from left to right, besides the whole top.
+    """
 
     builder: Literal["block"] = "block"
+    split: tuple[Length, ...] = ()
+
+    @model_validator(mode="after")
+    def _on_lines(self) -> Self:
+        inner = self.lines()[0][1:-1]
+        for x in self.split:
+            if not np.any(np.isclose(inner, x, rtol=0.0, atol=SAME_LINE * self.width)):
+                raise ValueError(f"split: no line of the array is at x = {x:g} m")
+        if list(self.split) != sorted(set(self.split)):
+            raise ValueError("split: positions are out of order; give ascending positions")
+        return self
 
     def build(self) -> MeshData:
         """Structured mesh of nx by ny quadrilaterals, or of these split into triangles."""
         points = np.stack(np.meshgrid(*self.lines()), axis=-1)
-        return grid(points, self.cell, self.pattern)
+        data = grid(points, self.cell, self.pattern)
+        top = data.groups["top"]
+        middle = data.points[top, 0].mean(axis=1)
+        parts = {name: top[(middle > a) & (middle < b)] for name, a, b in self._parts()}
+        return replace(data, groups=data.groups | parts)
 
     def outline(self) -> dict[str, Floats]:
-        """The four sides."""
+        """The four sides, and the parts of the top."""
         x0, y0 = self.corner
-        return rectangle(x0, y0, x0 + self.width, y0 + self.height)
+        y1 = y0 + self.height
+        parts = {name: np.array([[b, y1], [a, y1]]) for name, a, b in self._parts()}
+        return rectangle(x0, y0, x0 + self.width, y1) | parts
+
+    def _parts(self) -> list[tuple[str, float, float]]:
+        """Name, smallest and largest x [m] of each part of the top."""
+        if not self.split:
+            return []
+        ends = [self.corner[0], *self.split, self.corner[0] + self.width]
+        return [(f"top_{k + 1}", a, b) for k, (a, b) in enumerate(pairwise(ends))]
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> dict[str, Floats]:

@@ -29,6 +29,7 @@ FLAT: dict[str, dict[str, Any]] = {
     "alternating": BLOCK | {"cell": "triangle", "pattern": "alternating"},
     "crossed": BLOCK | {"cell": "triangle", "pattern": "crossed"},
     "one cell": BLOCK | {"nx": 1, "ny": 1},
+    "split": BLOCK | {"nx": 5, "corner": ["-1 m", "2 m"], "split": ["-0.6 m", "0.6 m"]},
     "wave below": WAVE,
     "wave above": WAVE | {"side": "top", "width": "1 m", "grading": [1, 0.2], "cell": "triangle"},
     "half disk": DISK,
@@ -69,17 +70,27 @@ def test_every_builder_is_tested() -> None:
 
 @pytest.mark.parametrize("name", ALL)
 def test_groups_cover_the_boundary_outward(name: str, built: Callable[[str], MeshData]) -> None:
-    """Every boundary facet is in a group, turned like its cell; only the fine part is in two."""
+    """Every boundary facet is in a group, turned like its cell; only parts of sides are in two."""
     data = built(name)
     assert np.all(jacobians(data.points, data.cells, data.cell_type) > 0)
     assert np.array_equal(np.unique(data.cells), np.arange(len(data.points)))
     boundary = {tuple(f) for f in boundary_facets(data.cells, data.cell_type)}
-    named = [tuple(f) for group, fs in data.groups.items() if group != "contact" for f in fs]
+    sides = [fs for group, fs in data.groups.items() if not group.startswith(("contact", "top_"))]
+    named = [tuple(f) for fs in sides for f in fs]
     assert len(named) == len(boundary)
     assert set(named) == boundary
     if "contact" in data.groups:
         parent = data.groups["arc" if "arc" in data.groups else ALL[name].get("side", "top")]
         assert {tuple(f) for f in data.groups["contact"]} <= {tuple(f) for f in parent}
+
+
+def test_parts_of_the_top(built: Callable[[str], MeshData]) -> None:
+    """One after the other from left to right they are the top."""
+    data = built("split")
+    parts = [data.groups[f"top_{k}"] for k in (1, 2, 3)]
+    assert [len(part) for part in parts] == [1, 3, 1]
+    assert np.array_equal(np.concatenate(parts[::-1]), data.groups["top"])
+    assert data.surface("top_2").X[:, 0].max() == pytest.approx(0.6)
 
 
 @pytest.mark.parametrize("name", FLAT)
@@ -217,6 +228,8 @@ def test_gmsh_leaves_the_signal_handler_alone() -> None:
         (BLOCK | {"height": "-1 m"}, "greater than 0"),
         (BLOCK | {"height": "1 s"}, "length"),
         (BLOCK | {"depth": "1 m"}, "depth"),
+        (BLOCK | {"nx": 5, "split": ["0.5 m"]}, "split: no line of the array is at x = 0.5 m"),
+        (BLOCK | {"nx": 5, "split": ["0.8 m", "0.4 m"]}, "split: positions are out of order"),
         (DISK | {"zone": "8 mm"}, "zone: must be smaller"),
         (DISK | {"size": "1 mm"}, "size: must not be larger"),
         (FINE | {"zone": ["9 mm", "101 mm"]}, "zone: must be a part"),
