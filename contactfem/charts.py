@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
 BLUE, RED, GREEN, GREY, INK = "#2166ac", "#b2182b", "#1b7837", "#8c8c8c", "#222222"
@@ -40,12 +42,32 @@ STYLE: dict[str, object] = {
 }
 
 
-def draw(path: Path, size: tuple[float, float], paint: Callable[[Figure], None]) -> Path:
+@dataclass(frozen=True)
+class Frame:
+    """Size of a figure's panels and what is left free around them [inch].
+
+    Fixed by hand: to let matplotlib find the margins doubles the time to draw.
+    """
+
+    width: float
+    height: float
+    left: float = 0.75
+    right: float = 1.65
+    bottom: float = 0.5
+    top: float = 0.3
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the whole figure [inch]."""
+        return self.left + self.width + self.right, self.bottom + self.height + self.top
+
+
+def draw(path: Path, frame: Frame, paint: Callable[[Figure], None]) -> Path:
     """Draw one figure, which is on disk as a whole or not at all.
 
     Args:
         path: PNG file to write.
-        size: width and height [inch].
+        frame: its size.
         paint: fills the figure.
 
     Returns:
@@ -58,7 +80,14 @@ def draw(path: Path, size: tuple[float, float], paint: Callable[[Figure], None])
     from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
+        wide, tall = frame.size
+        figure = Figure(figsize=frame.size)
+        figure.subplots_adjust(
+            left=frame.left / wide,
+            right=1.0 - frame.right / wide,
+            bottom=frame.bottom / tall,
+            top=1.0 - frame.top / tall,
+        )
         paint(figure)
         draft = path.with_name(f".{path.name}.part")
         figure.savefig(draft, format="png", pil_kwargs={"compress_level": 3})
@@ -87,3 +116,44 @@ def grid(axes: Axes, axis: str = "both") -> None:
         axis: "x", "y" or "both".
     """
     axes.grid(True, axis=axis)
+
+
+def colour_bar(figure: Figure, frame: Frame, image: ScalarMappable, label: str) -> None:
+    """Put a colour bar into the right margin.
+
+    Args:
+        figure: where.
+        frame: size of the figure.
+        image: what has the colours.
+        label: what they mean.
+    """
+    wide, tall = frame.size
+    x = (frame.left + frame.width + 0.15) / wide
+    place = (
+        x,
+        (frame.bottom + 0.06 * frame.height) / tall,
+        0.14 / wide,
+        0.88 * frame.height / tall,
+    )
+    bar = figure.colorbar(image, cax=figure.add_axes(place))
+    bar.set_label(label)
+    bar.locator.set_params(nbins=6)
+    bar.update_ticks()
+    bar.outline.set_visible(False)
+
+
+def stacked(figure: Figure, heights: tuple[float, ...]) -> list[Axes]:
+    """Panels over one another that share their abscissa.
+
+    Args:
+        figure: where.
+        heights: their relative heights, from the top.
+
+    Returns:
+        The panels.
+    """
+    spacing = {"hspace": 0.12}
+    panels = figure.subplots(
+        len(heights), 1, sharex=True, height_ratios=heights, gridspec_kw=spacing
+    )
+    return list(panels)

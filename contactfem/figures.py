@@ -12,9 +12,12 @@ from contactfem.charts import (
     BLUE,
     GREY,
     RED,
+    Frame,
+    colour_bar,
     draw,
     grid,
     quantity_label,
+    stacked,
 )
 from contactfem.engineering import scale_for
 from contactfem.interface_figure import draw_interface
@@ -77,7 +80,7 @@ def draw_history(result: RunResult, path: Path) -> Path:
     """
 
     def paint(figure: Figure) -> None:
-        panels = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.2, 1.0])
+        panels = stacked(figure, (2.2, 1.2, 1.0))
         painters = (_paint_forces, _paint_status, _paint_iterations)
         for axes, painter in zip(panels, painters, strict=True):
             painter(axes, result.steps)
@@ -87,7 +90,7 @@ def draw_history(result: RunResult, path: Path) -> Path:
         panels[0].set_title("Course of the run")
         panels[-1].set_xlabel("t [s]")
 
-    return draw(path, (7.4, 5.6), paint)
+    return draw(path, Frame(5.4, 4.8), paint)
 
 
 def draw_convergence(result: RunResult, path: Path) -> Path:
@@ -101,6 +104,7 @@ def draw_convergence(result: RunResult, path: Path) -> Path:
         The path.
     """
     steps = [step for step in result.steps if len(step.residuals) > 1]
+    frame = Frame(4.8, 3.0, right=0.25 if len(steps) == 1 else 1.0)
 
     def paint(figure: Figure) -> None:
         import matplotlib as mpl
@@ -122,8 +126,7 @@ def draw_convergence(result: RunResult, path: Path) -> Path:
             xycoords=("axes fraction", "data"), color=GREY, fontsize=8.0,
         )  # fmt: skip
         if many:
-            bar = figure.colorbar(ScalarMappable(norm, "viridis"), ax=axes, pad=0.02)
-            bar.set_label("step")
+            colour_bar(figure, frame, ScalarMappable(norm, "viridis"), "step")
         elif len(steps) > 1:
             axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:.0e}")
@@ -131,7 +134,7 @@ def draw_convergence(result: RunResult, path: Path) -> Path:
         axes.set(xlabel="iteration", ylabel="scaled residual", title="Convergence of Newton")
         grid(axes)
 
-    return draw(path, (6.4, 3.8), paint)
+    return draw(path, frame, paint)
 
 
 def draw_all(result: RunResult, directory: Path) -> list[Path]:

@@ -16,9 +16,11 @@ from contactfem.charts import (
     RED,
     SLIP_SHADE,
     STICK_SHADE,
+    Frame,
     draw,
     grid,
     quantity_label,
+    stacked,
 )
 from contactfem.engineering import scale_for
 from contactfem.measure import ACTIVE
@@ -168,7 +170,7 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch
 
-        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
+        top, bottom = stacked(figure, (2.6, 1.0))
         _paint_stresses(top, strip, result)
         _paint_motion(bottom, strip)
         for axes in (top, bottom):
@@ -183,4 +185,4 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         handles += [Patch(color=SLIP_SHADE, label="slip")] if rubs else []
         top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
-    return draw(path, (7.4, 4.8), paint)
+    return draw(path, Frame(5.4, 4.0), paint)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.charts import INK, draw, quantity_label
+from contactfem.charts import INK, Frame, colour_bar, draw, quantity_label
 from contactfem.engineering import Scale, scale_for
 from contactfem.measure import ACTIVE, COMPONENTS, von_mises
 from contactfem.profiles import value_at, zone
@@ -240,11 +240,11 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
     points = np.concatenate([_positions(body, view) for body in result.bodies])
     wide, tall = np.ptp(points, axis=0)
     scale = min(PANEL[0] / wide, PANEL[1] / tall)
-    panels = 1 if close is None else 2
-    width = (PANEL[0] if close is not None else max(scale * wide, 2.5)) + 0.7
+    width = max(scale * wide, 2.5) if close is None else 2 * PANEL[0] + 0.9
+    frame = Frame(width, max(scale * tall, 1.5), right=1.2)
 
     def paint(figure: Figure) -> None:
-        row = figure.subplots(1, panels, squeeze=False)[0]
+        row = figure.subplots(1, 1 if close is None else 2, squeeze=False)[0]
         for axes in row:
             image = _paint(axes, result, component, view)
         row[0].set_title(f"Cauchy stress {SYMBOLS[component]}")
@@ -255,8 +255,6 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
         if view.magnification != 1.0:
             text = f"displacements × {view.magnification:g}"
             row[0].set_title(text, loc="right", fontsize=8.5, fontweight="normal")
-        bar = figure.colorbar(image, ax=list(row), shrink=0.85, pad=0.02, aspect=28)
-        bar.set_label(quantity_label(SYMBOLS[component], view.stress.label))
-        bar.outline.set_visible(False)
+        colour_bar(figure, frame, image, quantity_label(SYMBOLS[component], view.stress.label))
 
-    return draw(path, (panels * width + 1.0, max(scale * tall, 1.5) + 0.9), paint)
+    return draw(path, frame, paint)

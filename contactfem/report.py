@@ -111,11 +111,13 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per step.
     """
-    names = list(summary["steps"][0]["forces"]) if summary["steps"] else []
-    forces = [f"{name} F{axis}" for name in names for axis in "xy"]
-    counts = ("iterations", "cut-backs", "residual", "open", "stick", "slip")
-    table = _new_table("Steps", "step", "t", *counts, *forces)
     steps = summary["steps"]
+    names = list(steps[0]["forces"]) if steps else []
+    largest = max((abs(f) for s in steps for both in s["forces"].values() for f in both), default=0)
+    unit = scale_for(largest, "N/m")
+    forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
+    counts = ("iterations", "cuts", "residual", "open", "stick", "slip")
+    table = _new_table("Steps", "step", "t", *counts, *forces)
     half = SHOWN_STEPS // 2
     shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
     for step in shown:
@@ -130,7 +132,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
             str(step["cutbacks"]),
             f"{residual:.1e}",
             *(str(step[name]) for name in ("open", "stick", "slip")),
-            *(engineering(f, "N/m", 5) for name in names for f in step["forces"][name]),
+            *(f"{f / unit.factor:.5g}" for name in names for f in step["forces"][name]),
         )
     return table
 
