@@ -8,8 +8,8 @@ namespace {
 
 constexpr int n_inputs = 12;
 constexpr int n_integrals = 7;
-// Three points: exact on straight facets with a constant normal (two would do), and to sixth order
-// in the turn of the normal along the facet.
+// Three points: exact where the normal is constant (two would do), else the error is of the fourth
+// order in its turn along the facet.
 constexpr int n_points = 3;
 constexpr double gauss_x[n_points] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
 constexpr double gauss_w[n_points] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
