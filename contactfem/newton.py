@@ -15,7 +15,8 @@ from contactfem.system import System
 from contactfem.timers import Timers
 
 CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
-ROUND_OFF = 64 * np.finfo(float).eps
+# Residual that round-off leaves, over stiffness times size: surely reached, and reached at the latest
+ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
 DIRECT_SOLVER = {
     "ksp_type": "preonly",
     "pc_type": "lu",
@@ -86,7 +87,7 @@ class NewtonSolver:
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self._options = DIRECT_SOLVER | dict(options)
         stiffness = max(body.law.youngs_modulus for body in system.bodies)
-        self._floor = ROUND_OFF * stiffness * _extent(system)
+        self._stiffness = stiffness * _extent(system)
         self._snes = self._create()
 
     def _create(self) -> PETSc.SNES:
@@ -175,7 +176,10 @@ class NewtonSolver:
         if not np.isfinite(norm):
             self._reason = "the residual is not a number: a cell was turned inside out"
             return DIVERGED_NAN
-        if norm <= max(self.tolerance * scale, self._floor) and stands:
+        if norm <= max(self.tolerance * scale, ROUND_OFF * self._stiffness) and stands:
+            return CONVERGED
+        stalled = len(self._residuals) > 1 and self._residuals[-1] > 0.5 * self._residuals[-2]
+        if norm <= STALLED * self._stiffness and stands and stalled:
             return CONVERGED
         if its >= self.max_iterations:
             self._reason = (

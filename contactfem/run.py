@@ -8,6 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case import Case
+from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
@@ -210,12 +211,12 @@ def _tables(condition: Condition) -> list[Table]:
 
 
 def _forces(
-    discretisation: Discretisation, conditions: Sequence[object]
+    discretisation: Discretisation, conditions: Sequence[Conditions]
 ) -> dict[str, tuple[float, float]]:
     """Resultant of every interface on its mortar side [N/m]."""
     result = {}
     for interface, c in zip(discretisation.interfaces, conditions, strict=True):
-        force = (c.operators.D[:, None] * c.multiplier).sum(0)  # type: ignore[attr-defined]
+        force = -c.nodal_forces()[len(c.multiplier) :].sum(0)
         result[interface.name] = (float(force[0]), float(force[1]))
     return result
 
