@@ -13,17 +13,17 @@ ROOT = Path(__file__).resolve().parents[1]
 PLAIN = """
     errors dimensions tables units timers results references control laws forms kernels _kernels
     homogeneous engineering overrides profiles
-    meshes model scene measure contradictions case_links case_errors case listing gaps
-    expect check
+    meshes model scene measure contradictions case_links case_errors case listing gaps rigid
+    expect check mesh_files
     charts interface_figure pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing
-    surfaces rigid segments mortar
+    surfaces segments mortar
     contact
     mechanics system tangent interface coupling condensed
     newton
-    fields discretise run
+    fields discretise diagnosis state gathering recorder run
     cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()
