@@ -92,7 +92,7 @@ class ClosedForm(Model):
     """Closed form that an interface is compared with."""
 
     solution: Literal["hertz_line", "cattaneo_mindlin", "westergaard", "uniform"]
-    parameters: dict[str, float] = {}
+    parameters: dict[str, Number] = {}
 
     @field_validator("parameters", mode="before")
     @classmethod

@@ -224,7 +224,7 @@ def _symbol(name: str) -> Unit:
 
 
 @cache
-def _registry() -> "pint.UnitRegistry[float]":
+def _registry() -> "pint.UnitRegistry":
     import pint
 
     return pint.UnitRegistry()

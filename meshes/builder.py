@@ -10,7 +10,7 @@ from contactfem.meshes.data import Floats, MeshData
 from contactfem.units import Length
 
 PositiveLength = Annotated[Length, Field(gt=0)]
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 
 
 class Builder(BaseModel, ABC):

@@ -355,8 +355,9 @@ def test_the_block_has_the_data_of_its_source():
     steel = case.materials["steel"]
     assert (steel.E, steel.nu, case.strain) == (1.3e11, 0.2, "small")
     assert case.conditions[1].at == (0.04, 0.0)
-    loads = [condition.traction for condition in case.conditions[2:]]
-    assert loads == [{"y": constant(-5e7)}, {"x": constant(15e7)}]
+    pushed, pressed = (condition.traction for condition in case.conditions[2:])
+    assert pushed == {"y": Table((0.0, 1.0), (0.0, -5e7))}
+    assert pressed == {"x": Table((0.0, 1.0), (0.0, 15e7))}
     assert read_case(BLOCK, variant="ten_steps").time.step == 0.1
 
 
