@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ import numpy as np
 
 from contactfem.charts import INK, Frame, colour_bar, draw, quantity_label
 from contactfem.engineering import Scale, scale_for
+from contactfem.magnification import cell_edges, magnification, triangles
 from contactfem.measure import ACTIVE, COMPONENTS, von_mises
 from contactfem.profiles import value_at, zone
 from contactfem.results import BodyPicture, FloatArray, IntArray, RunResult
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from contactfem.case import Case
 
-SHOWN_STRAIN = 0.06  # to which share of the scene's size small displacements are magnified
 CLOSE_UP = 0.2  # a contact smaller than this share of the scene gets a picture of its own
 PANEL = (4.2, 4.2)  # largest width and height of a picture [inch]
 MESH_LINES = 4000  # with more cells than this, lines would hide the colours
@@ -41,37 +40,6 @@ class _View:
     colours: str
 
 
-def triangles(cells: IntArray) -> IntArray:
-    """Split plane cells into triangles.
-
-    Args:
-        cells: vertices (m, 3), or (m, 4) in tensor order.
-
-    Returns:
-        Vertices of the triangles (k, 3).
-    """
-    if cells.shape[1] == 3:
-        return cells
-    return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
-
-
-def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
-    """Edges of plane cells, and which of them are on the boundary.
-
-    Args:
-        cells: vertices (m, 3), or (m, 4) in tensor order.
-
-    Returns:
-        All edges once (e, 2), and those of one cell only (b, 2).
-    """
-    ring = [0, 1, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
-    pairs = np.concatenate(
-        [cells[:, [a, b]] for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
-    )
-    edges, counts = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
-    return edges, edges[counts == 1]
-
-
 def stress_of(body: BodyPicture, component: str) -> FloatArray:
     """Nodal values of a stress component.
 
@@ -86,38 +54,6 @@ def stress_of(body: BodyPicture, component: str) -> FloatArray:
     if component == "von_mises":
         return von_mises(stress)
     return stress[:, COMPONENTS.index(component)]
-
-
-def _closed_at_start(result: RunResult, room: float) -> bool:
-    """Whether all interfaces started as straight lines that touch; others must not be magnified."""
-    for table in result.interfaces:
-        middle = table.X.mean(axis=0)
-        normal = np.linalg.svd(table.X - middle)[2][-1]
-        other = table.mortar_x if len(table.mortar_x) else table.X
-        away = np.concatenate([table.X, other]) - middle
-        if np.abs(away @ normal).max() > 3.0 * room:
-            return False
-    shapes = {obstacle.shape for obstacle in result.case.obstacles.values()}
-    return shapes <= {"plane"}
-
-
-def magnification(result: RunResult) -> float:
-    """Factor by which displacements are shown: round, and 1 where a gap would be falsified.
-
-    Args:
-        result: the run.
-
-    Returns:
-        The factor [-].
-    """
-    points = np.concatenate([body.points for body in result.bodies])
-    size = float(np.ptp(points, axis=0).max())
-    moved = max(float(np.abs(body.displacement).max()) for body in result.bodies)
-    if moved == 0.0 or moved > 0.5 * SHOWN_STRAIN * size or not _closed_at_start(result, moved):
-        return 1.0
-    factor = SHOWN_STRAIN * size / moved
-    power = 10.0 ** math.floor(math.log10(factor))
-    return max(step * power for step in (1, 2, 5) if step * power <= factor)
 
 
 def _view(result: RunResult, component: str) -> _View:
@@ -151,19 +87,16 @@ def _polyline(x: FloatArray, edges: IntArray) -> FloatArray:
 
 
 def _paint_body(axes: Axes, body: BodyPicture, component: str, view: _View) -> ScalarMappable:
+    from matplotlib.collections import TriMesh
+    from matplotlib.tri import Triangulation
+
     x = _positions(body, view)
-    values = stress_of(body, component) / view.stress.factor
-    image = axes.tripcolor(
-        x[:, 0],
-        x[:, 1],
-        triangles(body.cells),
-        values,
-        shading="gouraud",
-        cmap=view.colours,
-        vmin=view.low / view.stress.factor,
-        vmax=view.high / view.stress.factor,
-        rasterized=True,
+    image = TriMesh(Triangulation(x[:, 0], x[:, 1], triangles(body.cells)))
+    image.set_array(stress_of(body, component) / view.stress.factor)
+    image.set(
+        cmap=view.colours, clim=(view.low / view.stress.factor, view.high / view.stress.factor)
     )
+    axes.add_collection(image, autolim=False)  # limits come from the outline, which is quicker
     edges, outline = cell_edges(body.cells)
     if len(body.cells) <= MESH_LINES:
         axes.plot(*_polyline(x, edges), color=INK, lw=0.2, alpha=0.3)
@@ -216,11 +149,12 @@ def _close_up(result: RunResult, view: _View) -> tuple[FloatArray, float] | None
         ends = zone(table, ACTIVE)
         if ends is None:
             continue
-        x = np.array([[value_at(table.x[:, i], end) for i in (0, 1)] for end in ends])
-        x /= view.length.factor
-        width = float(np.linalg.norm(x[1] - x[0]))
-        if 0.0 < width < CLOSE_UP * size:
-            return x.mean(axis=0), 1.1 * width
+        shown = (table.X + view.magnification * (table.x - table.X)) / view.length.factor
+        x = np.array([[value_at(shown[:, i], end) for i in (0, 1)] for end in ends])
+        half = 1.1 * float(np.linalg.norm(x[1] - x[0]))
+        if 0.0 < half < CLOSE_UP * size:
+            inner = 0.95 * half  # keeps the picture from showing much of nothing
+            return np.clip(x.mean(axis=0), points.min(0) + inner, points.max(0) - inner), half
     return None
 
 
@@ -240,11 +174,13 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
     points = np.concatenate([_positions(body, view) for body in result.bodies])
     wide, tall = np.ptp(points, axis=0)
     scale = min(PANEL[0] / wide, PANEL[1] / tall)
-    width = max(scale * wide, 2.5) if close is None else 2 * PANEL[0] + 0.9
-    frame = Frame(width, max(scale * tall, 1.5), right=1.2)
+    widths = [max(scale * wide, 2.0)] + ([] if close is None else [PANEL[0]])
+    between = 0.9 * (len(widths) - 1)
+    frame = Frame(sum(widths) + between, max(scale * tall, 1.5), right=1.2)
 
     def paint(figure: Figure) -> None:
-        row = figure.subplots(1, 1 if close is None else 2, squeeze=False)[0]
+        spacing = {"wspace": between / float(np.mean(widths)), "width_ratios": widths}
+        row = figure.subplots(1, len(widths), squeeze=False, gridspec_kw=spacing)[0]
         for axes in row:
             image = _paint(axes, result, component, view)
         row[0].set_title(f"Cauchy stress {SYMBOLS[component]}")
@@ -254,7 +190,7 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
             row[1].set_title("close to the contact")
         if view.magnification != 1.0:
             text = f"displacements × {view.magnification:g}"
-            row[0].set_title(text, loc="right", fontsize=8.5, fontweight="normal")
+            figure.text(0.99, 0.02, text, ha="right", fontsize=8.5)
         colour_bar(figure, frame, image, quantity_label(SYMBOLS[component], view.stress.label))
 
     return draw(path, frame, paint)

@@ -70,14 +70,21 @@ def allowed_text(low: float | None, high: float | None, unit: str) -> str:
         return f">= {engineering(low, unit)}"
     scale = scale_for(max(abs(low), abs(high)), unit)
     middle, room = 0.5 * (low + high), 0.5 * (high - low)
-    return f"{middle / scale.factor:.6g} ± {room / scale.factor:.2g} {scale.label}".rstrip()
+    return f"{middle / scale.factor:.6g} ± {room / scale.factor:.3g} {scale.label}".rstrip()
 
 
 def _new_table(title: str, *columns: str) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    table = Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        collapse_padding=True,
+    )
     for number, column in enumerate(columns):
         table.add_column(column, justify="left" if number == 0 else "right", no_wrap=True)
     return table
@@ -116,7 +123,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     largest = max((abs(f) for s in steps for both in s["forces"].values() for f in both), default=0)
     unit = scale_for(largest, "N/m")
     forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
-    counts = ("iterations", "cuts", "residual", "open", "stick", "slip")
+    counts = ("iter", "cuts", "residual", "open", "stick", "slip")
     table = _new_table("Steps", "step", "t", *counts, *forces)
     half = SHOWN_STEPS // 2
     shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]

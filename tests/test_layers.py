@@ -15,7 +15,7 @@ PLAIN = """
     homogeneous engineering overrides profiles
     meshes model scene measure contradictions case_links case_errors case listing gaps rigid
     expect check mesh_files
-    charts interface_figure pictures figures output report terminal
+    charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing

@@ -32,7 +32,11 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "path": Path("cattaneo_mindlin.toml"),
         "dimension": "plane strain",
         "bodies": {"lower": None, "upper": None},
-        "interfaces": {"sole": SimpleNamespace(friction=SimpleNamespace(coefficient=FRICTION))},
+        "interfaces": {
+            "sole": SimpleNamespace(
+                mortar="lower.top", friction=SimpleNamespace(coefficient=FRICTION)
+            )
+        },
         "probes": {"tip": SimpleNamespace(value="displacement.x")},
         "closed_form": {
             "sole": SimpleNamespace(solution="cattaneo_mindlin", parameters=parameters)

@@ -1,10 +1,13 @@
 """Figures: every one is drawn, and shows what its name says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from contactfem.figures import draw_all
-from contactfem.pictures import cell_edges, magnification, stress_of, triangles
+from contactfem.magnification import cell_edges, magnification, triangles
+from contactfem.pictures import stress_of
 
 
 def size_of(path) -> tuple[int, int]:
@@ -32,7 +35,7 @@ def test_all_figures_of_a_frictional_run(make_run, tmp_path):
 
 
 def test_only_what_there_is_to_show(make_run, tmp_path, changed):
-    frictionless = {"sole": type("Side", (), {"friction": None})}
+    frictionless = {"sole": SimpleNamespace(mortar="lower.top", friction=None)}
     run = make_run(interfaces=frictionless, closed_form={})
     short = changed(run, steps=run.steps[:1], bodies=())
     names = {path.name for path in draw_all(short, tmp_path)}
@@ -82,9 +85,20 @@ def test_small_displacements_are_magnified_by_round_factors(make_run, changed, f
     assert magnification(changed(run, bodies=bodies)) == pytest.approx(expected)
 
 
-def test_a_gap_that_was_there_is_not_falsified(make_run, table, changed):
-    """A curved mortar side over a flat nonmortar one: magnified, the bodies would overlap."""
-    curved = table.mortar_x + np.stack([np.zeros(61), 20.0 * table.mortar_x[:, 0] ** 2 * 1e2], 1)
-    run = make_run(changed(table, mortar_x=curved))
-    bodies = tuple(changed(b, displacement=1e-4 * b.displacement) for b in run.bodies)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_gap_that_was_there_is_not_falsified(make_run, table, changed, sign):
+    """With a curved side, magnified displacements would let the bodies overlap or part."""
+    curve = sign * 100.0 * table.X[:, 0] ** 2
+    run = make_run(changed(table, X=table.X + np.stack([0.0 * curve, curve], 1)))
+    bodies = tuple(changed(b, displacement=1e-2 * b.displacement) for b in run.bodies)
     assert magnification(changed(run, bodies=bodies)) == 1.0
+
+
+def test_a_plane_at_a_distance_is_not_magnified(make_run):
+    def run_above(height):
+        plane = SimpleNamespace(shape="plane", point=(0.0, -height), normal=(0.0, 1.0))
+        side = SimpleNamespace(mortar="floor", friction=None)
+        return make_run(obstacles={"floor": plane}, interfaces={"sole": side})
+
+    assert magnification(run_above(0.0)) > 1.0
+    assert magnification(run_above(1e-4)) == 1.0

@@ -40,7 +40,7 @@ def test_one_run_in_full(finished):
     assert "contactfem run cm.toml" in text
     assert text.count("held") == 4
     assert "9.351351 MPa" in text
-    assert "9.35135 ± 0.28 MPa" in text
+    assert "9.35135 ± 0.281 MPa" in text
     assert "5.0e-14" in text
     assert "  search" in text
     assert "133 %" in text
