@@ -166,9 +166,11 @@ def _message(details: ErrorDetails) -> str:
 def _real_keys(loc: Iterable[str | int], raw: object, missing: bool) -> list[str | int]:
     """Keys that stand in the file; pydantic's also name the members of unions."""
     keys: list[str | int] = []
-    rest = list(loc)
+    rest = [key for key in loc if key != "[key]"]
     for place, key in enumerate(rest):
         inside = isinstance(raw, dict) and key in raw
+        if inside and place < len(rest) - 1 and not isinstance(raw[key], dict | list):  # type: ignore[index]
+            continue  # a union's "file", not the key of that name
         if inside or (isinstance(raw, list) and isinstance(key, int) and key < len(raw)):
             keys.append(key)
             raw = raw[key]  # type: ignore[index]

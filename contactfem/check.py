@@ -79,6 +79,19 @@ def outlines(case: Case) -> Outlines:
     return lines
 
 
+def check_files(case: Case) -> None:
+    """Make sure that mesh files are meshes and have the surfaces that a case names.
+
+    Args:
+        case: the case; what needs no file was checked when it was read.
+
+    Raises:
+        CaseError: not a mesh, or a surface that is missing or empty.
+    """
+    if any(isinstance(body.mesh, MeshFile) for body in case.bodies.values()):
+        outlines(case)
+
+
 def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
     """Make sure that a mesh file has the surfaces that the case names."""
     named = [(f"conditions.{k}.on", c.on) for k, c in enumerate(case.conditions)]

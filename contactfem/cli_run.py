@@ -9,7 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from contactfem.case import Case, read_case
-from contactfem.check import describe
+from contactfem.check import check_files, describe
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.expect import check_names
 
@@ -88,6 +88,7 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
         try:
             found = read_case(path, overrides, variant)
             check_names(found)
+            check_files(found)
         except ContactfemError as error:
             found = error
     answer: Case | ContactfemError = comm.bcast(found)

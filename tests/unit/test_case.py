@@ -79,6 +79,8 @@ BROKEN = {
     "'builder', one of block, box, cylinder, graded_block, wave; did you mean 'block'?",
     'bodies.upper.mesh={file="no.msh", unit="mm"}': "bodies.upper.mesh.file = no.msh: there is no "
     f"file '{TWO.parent / 'no.msh'}'",
+    'bodies.upper.mesh={file="two_blocks.toml"}': "bodies.upper.mesh.unit: is missing",
+    'bodies."a b"=3': 'bodies."a b" = 3: must be a table',
     'bodies.upper.mesh={builder="block", width="1 m", height="1 m", nx=1}': "bodies.upper.mesh.ny: "
     "is missing",
     # names
