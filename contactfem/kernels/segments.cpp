@@ -3,6 +3,7 @@
 #include "kernels.h"
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 
 namespace {
 
@@ -45,26 +46,35 @@ template <typename T> T project_step(const Pair<T> &s, const Point<T> &c, const 
   return xi - cross(r, n) / (cross(half_edge, n) + cross(r, half_turn));
 }
 
-// Projection of c onto the nonmortar facet along the interpolated normal; false if there is none.
-bool project(const Pair<double> &s, const Point<double> &c, double *xi) {
-  const Point<double> edge = s.b - s.a;
-  double z = 2.0 * dot(c - s.a, edge) / dot(edge, edge) - 1.0;
-  for (int k = 0; k < 30; ++k) {
-    const double next = project_step(s, c, z);
-    if (!std::isfinite(next) || std::abs(next) > 1e8)
-      return false;
-    const double change = std::abs(next - z);
-    z = next;
-    if (change <= 1e-15 * (1.0 + std::abs(z))) {
-      *xi = z;
-      return true;
-    }
-    if (k > 5 && change <= 1e-13 * (1.0 + std::abs(z))) { // round-off far from the origin
-      *xi = z;
-      return true;
-    }
+// On which side of the normal at xi the point c lies, > 0 towards the end b.
+double side(const Pair<double> &s, const Point<double> &c, double xi) {
+  return cross(at(s.a, s.b, xi) - c, at(s.na, s.nb, xi));
+}
+
+// Projection of c onto the facet along the interpolated normal, clipped to [-1, 1]; not a number
+// where the normals meet before they reach c. The signs at both ends decide, as far beyond them
+// there may be no normal through c, or two. Equal points give equal projections to the last bit.
+double project(const Pair<double> &s, const Point<double> &c) {
+  double lo = -1.0, hi = 1.0;
+  const double first = side(s, c, lo), last = side(s, c, hi);
+  if (first >= 0.0 && last >= 0.0)
+    return hi;
+  if (first <= 0.0 && last <= 0.0)
+    return lo;
+  if (!(first > 0.0 && last < 0.0))
+    return std::numeric_limits<double>::quiet_NaN();
+  double xi = (first + last) / (first - last); // secant; Newton's steps stay between signs
+  for (int k = 0; k < 60; ++k) {
+    (side(s, c, xi) > 0.0 ? lo : hi) = xi;
+    double next = project_step(s, c, xi);
+    if (!(next >= lo && next <= hi))
+      next = 0.5 * (lo + hi);
+    const double change = std::abs(next - xi);
+    xi = next;
+    if (change <= std::numeric_limits<double>::epsilon())
+      break;
   }
-  return false;
+  return xi;
 }
 
 // The last Newton step, repeated with live derivatives, is the implicit function theorem.
@@ -85,10 +95,9 @@ bool opposed(const Pair<double> &s, double xi) {
 // nonmortar end nodes along their own normals.
 template <typename T>
 bool covered(const Pair<T> &s, const Pair<double> &plain_pair, T *lo, T *hi) {
-  double xc = 0.0, xd = 0.0;
-  if (!project(plain_pair, plain_pair.c, &xc) || !project(plain_pair, plain_pair.d, &xd))
-    return false;
-  if (xd >= xc || xd >= 1.0 || xc <= -1.0)
+  const double xc = project(plain_pair, plain_pair.c), xd = project(plain_pair, plain_pair.d);
+  const Point<double> edge = plain_pair.b - plain_pair.a;
+  if (!(xd < xc && dot(edge, edge) > 0.0))
     return false;
   *lo = xd > -1.0 ? live(s, s.d, xd) : T(-1.0);
   *hi = xc < 1.0 ? live(s, s.c, xc) : T(1.0);

