@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import dolfinx
 import numpy as np
 from dolfinx import fem
-from dolfinx.io import VTXWriter
 
+from contactfem.errors import CaseError
 from contactfem.results import FloatArray
+
+if TYPE_CHECKING:
+    from dolfinx.io import VTXWriter
 
 STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
 
@@ -56,11 +60,18 @@ class FieldWriter:
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
+
+        Raises:
+            CaseError: if this dolfinx was built without ADIOS2, which writes them.
         """
+        if not dolfinx.has_adios2:
+            raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
         self._sources = dict(displacements)
         self._files = {name: self._open(directory, name, u) for name, u in self._sources.items()}
 
     def _open(self, directory: Path, name: str, u: fem.Function) -> _BodyFile:
+        from dolfinx.io import VTXWriter  # not there without ADIOS2
+
         mesh = u.function_space.mesh
         shape = (mesh.geometry.dim,)
         displacement = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, shape)))
@@ -88,8 +99,3 @@ class FieldWriter:
         """Close the files, on all ranks together."""
         for file in self._files.values():
             file.writer.close()
-
-
-def fields_available() -> bool:
-    """Whether this dolfinx can write them: it must have been built with ADIOS2."""
-    return bool(dolfinx.has_adios2)

@@ -146,6 +146,7 @@ def summarise(
     Returns:
         What is written to summary.json.
     """
+    ended = result.converged or any(verdict.key == "converged" for verdict in verdicts)
     return {
         "title": result.case.title,
         "case": Path(result.case.path).name,
@@ -153,7 +154,7 @@ def summarise(
         "versions": versions(),
         "converged": result.converged,
         "message": result.message,
-        "passed": result.converged and all(verdict.passed for verdict in verdicts),
+        "passed": ended and all(verdict.passed for verdict in verdicts),
         "verdicts": [asdict(verdict) for verdict in verdicts],
         "sizes": result.sizes,
         "newton_iterations": sum(step.iterations for step in result.steps),

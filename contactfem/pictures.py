@@ -149,7 +149,8 @@ def _close_up(result: RunResult, view: _View) -> tuple[FloatArray, float] | None
         ends = zone(table, ACTIVE)
         if ends is None:
             continue
-        shown = (table.X + view.magnification * (table.x - table.X)) / view.length.factor
+        moved = table.X + view.magnification * (table.x - table.X)
+        shown: FloatArray = np.divide(moved, view.length.factor)
         x = np.array([[value_at(shown[:, i], end) for i in (0, 1)] for end in ends])
         half = 1.1 * float(np.linalg.norm(x[1] - x[0]))
         if 0.0 < half < CLOSE_UP * size:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, TextIO
 
 from contactfem.engineering import engineering
@@ -47,7 +46,6 @@ class Reporter:
             stream: where to, standard output by default.
         """
         self._end = case.time.end
-        self._title = case.title
         self._stream = sys.stdout if stream is None else stream
         self._progress: Progress | None = None
         self._task: TaskID | None = None
@@ -92,23 +90,3 @@ class Reporter:
         if self._progress is not None and self._task is not None:
             now = f"t = {engineering(report.t, 's', 4)}"
             self._progress.update(self._task, completed=report.t, t=now)
-
-    def retry(self, t: float, dt: float, reason: str) -> None:
-        """Print that a step failed and is tried again with a smaller one.
-
-        Args:
-            t: time at the start of the step [s].
-            dt: length of the next attempt [s].
-            reason: why the attempt before failed.
-        """
-        now, length = engineering(t, "s", 4), engineering(dt, "s", 4)
-        self.say(f"           t = {now}: {reason}; again with a step of {length}")
-
-    def closing(self, lines: Sequence[str]) -> None:
-        """Print the last lines of a run.
-
-        Args:
-            lines: what to say.
-        """
-        for line in lines:
-            self.say(line)

@@ -1,9 +1,11 @@
 """Verdicts: what passes, what misses, what cannot be expected at all."""
 
 import math
+from pathlib import Path
 
 import pytest
 
+from contactfem.case import read_case
 from contactfem.errors import CaseError
 from contactfem.expect import check_names, judge, measure
 
@@ -59,3 +61,14 @@ def test_errors_need_a_closed_form(make_run, expecting):
     case = make_run(expect={"sole.pressure_error_l2": expecting(max=1.0)}, closed_form={}).case
     with pytest.raises(CaseError):
         check_names(case)
+
+
+CASES = sorted((Path(__file__).parents[2] / "cases").glob("**/*.toml"))
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_every_case_file_expects_numbers_that_are_measured(path):
+    case = read_case(path)
+    check_names(case)
+    for variant in case.variants:
+        check_names(read_case(path, variant=variant))

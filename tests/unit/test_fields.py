@@ -8,6 +8,7 @@ from dolfinx import fem, mesh
 
 from mpi4py import MPI
 
+from contactfem.errors import CaseError
 from contactfem.fields import FieldWriter, nodal_average
 
 
@@ -48,6 +49,12 @@ def test_averages_do_not_depend_on_the_ranks():
     alone = nodal_average(W, middles[:, :1] ** 2).x.array
     expected = float(np.sum(alone * (1.0 + W.tabulate_dof_coordinates()[:, 1])))
     assert total == pytest.approx(expected, rel=1e-12)
+
+
+def test_without_adios2_it_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("dolfinx.has_adios2", False)
+    with pytest.raises(CaseError, match=r"output\.fields: .* no ADIOS2"):
+        FieldWriter(tmp_path, {})
 
 
 @pytest.mark.mpi

@@ -94,6 +94,14 @@ def test_a_miss_and_a_stop_do_not_pass(quiet, tmp_path, changed, expecting):
     assert summary["values"]["iterations.mean"] is None  # NaN is no JSON
 
 
+def test_a_stop_passes_if_it_is_what_was_expected(quiet, tmp_path, changed, expecting):
+    run = quiet(expect={"converged": expecting(max=0.0)})
+    stopped = changed(run, converged=False, message="no equilibrium")
+    for result, passed in ((stopped, True), (run, False)):
+        OutputWriter(tmp_path, run.case, "").finish(result)
+        assert json.loads((tmp_path / "summary.json").read_text())["passed"] is passed
+
+
 def test_times_before_the_end_get_their_own_files(quiet, tmp_path):
     run = quiet()
     writer = OutputWriter(tmp_path, run.case, "")
