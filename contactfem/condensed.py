@@ -1,7 +1,7 @@
 """Equilibrium with contact, multipliers eliminated: residual and tangent over the displacements.
 
-D is diagonal, so λ_j = -R_j / D_jj (8)/(11) with R = f_int - f_ext. The forces of nonmortar nodes in
-contact move to the mortar rows, R_l + Σ_j (M_jl / D_jj) R_j, and their own rows become
+D is diagonal, so λ_j = -R_j / D_jj (8)/(11) with R = f_int - f_ext. The forces of nonmortar nodes
+in contact move to the mortar rows, R_l + Σ_j (M_jl / D_jj) R_j, and their own rows become
 n_j C_n + τ_j C_t, the normal and tangential contact conditions, scaled to forces [N/m].
 """
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+
 from petsc4py import PETSc
 
 from contactfem.contact import Conditions, Contact, History
@@ -133,7 +134,7 @@ class Condensed:
         Returns:
             The tangents of the interfaces.
         """
-        A = self.matrix
+        A = self.tangent()
         with self.timers.book("assembly"):
             self._fill_bulk(A, jumps)
         with self.timers.book("contact.tangent"):
@@ -144,9 +145,7 @@ class Condensed:
         with self.timers.book("contact.elimination"):
             parts = [
                 self._rows(A, interface, c, tangent)
-                for interface, c, tangent in zip(
-                    self.interfaces, conditions, tangents, strict=True
-                )
+                for interface, c, tangent in zip(self.interfaces, conditions, tangents, strict=True)
             ]
             cleared = [p[0] for p in parts] or [np.empty(0, np.int64)]
             A.zeroRows(np.concatenate(cleared).astype(np.int32), diag=0.0)
@@ -155,6 +154,12 @@ class Condensed:
                 A.setValuesIJV(*csr, values.data, addv=True, rowmap=rows.astype(np.int32))
             A.assemble()
         return tangents
+
+    def tangent(self) -> PETSc.Mat:
+        """The matrix that `prepare` made room in."""
+        if self.matrix is None:
+            raise RuntimeError("prepare comes before the tangent")
+        return self.matrix
 
     def _fill_bulk(self, A: PETSc.Mat, jumps: Sequence[Floats | None]) -> None:
         """Bulk tangent; where it does not depend on the state it is assembled once."""

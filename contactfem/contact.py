@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from mpi4py import MPI
 from numpy.typing import NDArray
 
+from mpi4py import MPI
+
 from contactfem.laws import Status, coulomb, rim_compliance, trial_pressure
-from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
+from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.segments import cut, find_pairs
 from contactfem.surfaces import (
     Bools,
@@ -120,7 +121,7 @@ class Conditions:
         return np.asarray(self.status > Status.OPEN)
 
     def nodal_forces(self) -> Floats:
-        """Forces of the multiplier on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j) [N/m], (n_nodes, 2)."""
+        """Forces on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j) [N/m], (n_nodes, 2)."""
         force = -(self.operators.M.T @ self.multiplier)
         force[: len(self.multiplier)] += self.operators.D[:, None] * self.multiplier
         return np.asarray(force)
@@ -152,7 +153,7 @@ class Contact:
             np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
             for part in (mine.row, mine.col, mine.value)
         )
-        D = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n)
+        D: Floats = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n).astype(np.float64)
         weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
         at = col >= 0
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()

@@ -1,10 +1,10 @@
-"""Which matrix entries contact may fill: a pattern wider than the present one, renewed when left."""
+"""Which matrix entries contact may fill: a pattern wider than needed, renewed when left."""
 
 import numpy as np
 import scipy.sparse as sp
 
 from contactfem.interface import InterfaceNodes
-from contactfem.surfaces import Bools
+from contactfem.surfaces import Bools, Ints
 from contactfem.system import System
 
 AHEAD_NONMORTAR = 4  # nodes along the nonmortar side that may come into contact in the same pattern
@@ -91,7 +91,7 @@ class Coupling:
         return _pattern(sp.coo_matrix((np.ones(len(row), np.int32), (row, col)), shape).tocsr())
 
 
-def _adjacency(facets: np.ndarray, n: int) -> sp.csr_matrix:
+def _adjacency(facets: Ints, n: int) -> sp.csr_matrix:
     a, b = facets.T
     ones = np.ones(len(a), np.int32)
     half = sp.coo_matrix((ones, (a, b)), (n, n)).tocsr()

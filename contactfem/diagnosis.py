@@ -60,8 +60,9 @@ def _flips(name: str, old: Conditions, new: Conditions) -> str:
     if not len(nodes):
         return ""
     shown = [
-        f"node {j} at ({x:.6g}, {y:.6g}) m {_word(old, j)} -> {_word(new, j)}"
-        for j, (x, y) in zip(nodes[:SHOWN], new.operators.x[nodes[:SHOWN]], strict=True)
+        f"node {j} at ({new.operators.x[j, 0]:.6g}, {new.operators.x[j, 1]:.6g}) m "
+        f"{_word(old, j)} -> {_word(new, j)}"
+        for j in map(int, nodes[:SHOWN])
     ]
     more = f" and {len(nodes) - SHOWN} more" if len(nodes) > SHOWN else ""
     return f"'{name}': {', '.join(shown)}{more}"

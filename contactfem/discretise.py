@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from mpi4py import MPI
 
 from contactfem.case import Case
@@ -17,6 +18,7 @@ from contactfem.interface import BodySide, InterfaceNodes, RigidSide, circle_sid
 from contactfem.laws import contact_scale
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshing import BodyMesh, distribute
+from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Material, Plane
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
@@ -24,7 +26,6 @@ from contactfem.system import Grip, Prescribed, System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 
-AXES = "xyz"
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
 SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
@@ -133,7 +134,7 @@ def _user_energy(case: Case, reference: str) -> Energy:
     function: Callable[..., object] | None = getattr(module, name, None)
     if function is None:
         raise CaseError(f"{case.path}: material model {reference!r}: no function '{name}'")
-    return function  # type: ignore[return-value]  # its result is checked by UFL
+    return function
 
 
 def _loads(condition: Condition, axes: int) -> list[Load]:
@@ -143,7 +144,7 @@ def _loads(condition: Condition, axes: int) -> list[Load]:
     given = condition.traction or condition.body_force
     if given is None:
         return []
-    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])  # type: ignore[call-overload]
+    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])
     return [Load(condition.surface if condition.traction else None, components)]
 
 
@@ -154,7 +155,11 @@ def _vertices(condition: Condition, meshes: dict[str, BodyMesh], comm: MPI.Comm)
         nearest = None
         if mesh.data is not None:
             distance = np.linalg.norm(mesh.data.points - np.array(condition.at), axis=1)
-            nearest = int(np.argmin(distance)), float(distance.min()), float(np.ptp(mesh.data.points))
+            nearest = (
+                int(np.argmin(distance)),
+                float(distance.min()),
+                float(np.ptp(mesh.data.points)),
+            )
         vertex, distance_, size = comm.bcast(nearest)
         if distance_ > 1e-6 * size:
             raise CaseError(
@@ -211,7 +216,7 @@ def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
         tables = [t for c in case.conditions for t in c.components().values()] + list(motion)
         travel = max((abs(v) for table in tables for v in table.values), default=0.0)
         extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
-        return plane_side(centre, normal, extent, motion)
+        return plane_side(centre.tolist(), obstacle.normal, extent, motion)
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
@@ -251,8 +256,7 @@ def _refuse_shared_nodes(interfaces: tuple[Interface, ...]) -> None:
     seen: dict[int, str] = {}
     for interface in interfaces:
         mesh: InterfaceMesh = interface.nodes.mesh
-        carried = interface.nodes.unknown[: mesh.n_nonmortar][mesh.carries]
-        for unknown in np.unique(carried[carried >= 0]).tolist():
+        for unknown in _numbers(interface.nodes.unknown[: mesh.n_nonmortar][mesh.carries]):
             if unknown in seen:
                 raise CaseError(
                     f"interfaces {seen[unknown]} and {interface.name} share a nonmortar node; "
@@ -260,10 +264,14 @@ def _refuse_shared_nodes(interfaces: tuple[Interface, ...]) -> None:
                 )
             seen[unknown] = interface.name
     for interface in interfaces:
-        mortar = interface.nodes.unknown[interface.nodes.mesh.n_nonmortar :]
-        for unknown in np.unique(mortar[mortar >= 0]).tolist():
+        for unknown in _numbers(interface.nodes.unknown[interface.nodes.mesh.n_nonmortar :]):
             if unknown in seen:
                 raise CaseError(
                     f"a node is nonmortar in interface {seen[unknown]} and mortar in "
                     f"{interface.name}; swap the sides of one of them"
                 )
+
+
+def _numbers(unknown: Ints) -> list[int]:
+    """Unknowns that there are, each once."""
+    return [int(number) for number in np.unique(unknown[unknown >= 0])]

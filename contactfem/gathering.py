@@ -9,7 +9,7 @@ from contactfem.laws import Status
 from contactfem.meshing import gather_vertex_values
 from contactfem.results import BodyPicture, InterfaceTable
 from contactfem.state import State
-from contactfem.surfaces import Floats, InterfaceMesh
+from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
 DISPLACEMENT = ("displacement.x", "displacement.y", "displacement.z")
@@ -67,7 +67,7 @@ def probe_values(
     return values
 
 
-def locate(picture: BodyPicture, point: Floats) -> tuple[np.ndarray, Floats]:
+def locate(picture: BodyPicture, point: Floats) -> tuple[Ints, Floats]:
     """Vertices and weights that interpolate at a point of the reference configuration.
 
     Args:
@@ -137,11 +137,12 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
 
 
 def rim_pressure(
-    pressure: Floats, rim: np.ndarray, gap: Floats, kappa: Floats, cover: Floats, active: np.ndarray
+    pressure: Floats, rim: Ints, gap: Floats, kappa: Floats, cover: Floats, active: Bools
 ) -> Floats:
-    """Pressure of barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j, exact at convergence.
+    """Pressure of barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j.
 
-    λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule does not.
+    λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule, exact at
+    convergence, does not.
 
     Args:
         pressure: p_j from equilibrium [Pa], (n,).

@@ -46,7 +46,10 @@ class InterfaceNodes:
     def __init__(self, system: System, nonmortar: BodySide, mortar: BodySide | RigidSide) -> None:
         self.comm = system.comm
         self._rigid = mortar if isinstance(mortar, RigidSide) else None
-        first, second = nonmortar.surface, mortar.surface if isinstance(mortar, BodySide) else mortar
+        first, second = (
+            nonmortar.surface,
+            mortar.surface if isinstance(mortar, BodySide) else mortar,
+        )
         n = len(first.X)
         self.X = np.vstack((first.X, second.X))
         self.unknown = np.full((len(self.X), 2), -1, np.int64)
@@ -115,7 +118,10 @@ class _Source:
 
 
 def plane_side(
-    point: Sequence[float], normal: Sequence[float], extent: float, displacement: tuple[Table, Table]
+    point: Sequence[float],
+    normal: Sequence[float],
+    extent: float,
+    displacement: tuple[Table, Table],
 ) -> RigidSide:
     """A rigid plane as one long facet.
 

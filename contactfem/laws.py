@@ -1,4 +1,4 @@
-"""Contact laws at a node: complementarity of gap and pressure, and Coulomb friction, as trial states.
+"""Contact laws at a node as trial states: gap and pressure, and Coulomb friction.
 
 They know nothing of segments or meshes; every argument is an array over nodes.
 """
@@ -32,7 +32,9 @@ class Trial(NamedTuple):
     direction: Floats
 
 
-def contact_scale(h_nonmortar: Floats, E_nonmortar: float, h_mortar: float, E_mortar: float) -> Floats:
+def contact_scale(
+    h_nonmortar: Floats, E_nonmortar: float, h_mortar: float, E_mortar: float
+) -> Floats:
     """Scale between gap and pressure, c = 1 / (h_nm/E_nm + h_m/E_m), of the order of the stiffness.
 
     Args:
@@ -44,13 +46,13 @@ def contact_scale(h_nonmortar: Floats, E_nonmortar: float, h_mortar: float, E_mo
     Returns:
         c [Pa/m], same shape as h_nonmortar.
     """
-    return 1.0 / (h_nonmortar / E_nonmortar + h_mortar / E_mortar)
+    return np.asarray(1.0 / (h_nonmortar / E_nonmortar + h_mortar / E_mortar))
 
 
 def rim_compliance(cover: Floats, c: Floats) -> tuple[Floats, Floats]:
-    """Compliance that ties a barely covered node to its neighbour, κ = (0.1/c) (1/(2f) - 1), f < 1/2.
+    """Compliance that ties a barely covered node to its neighbour, κ = (0.1/c) (1/(2f) - 1).
 
-    Without it the pressure of a node is unbounded as its cover f vanishes.
+    For f < 1/2. Without it the pressure of a node is unbounded as its cover f vanishes.
 
     Args:
         cover: Covered share f of the node's facets [-].

@@ -9,6 +9,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
+
 from petsc4py import PETSc
 
 from contactfem.compat import assemble_into, cell_values
@@ -52,7 +53,7 @@ class Load:
 
     Attributes:
         group: Name of the surface; None for a body force.
-        components: One table per component [N/m² or N/m³]; a single one is a follower pressure [Pa].
+        components: One table per component [N/m² or N/m³]; a single one is a pressure [Pa].
     """
 
     group: str | None
@@ -129,8 +130,8 @@ class BodyProblem:
             constant.value[...] = np.reshape(values, constant.value.shape)
 
     def residual(self) -> Floats:
-        """Internal minus external forces of this rank's cells [N/m], flat over owned and ghost dofs."""
-        result = np.zeros_like(self.u.x.array)
+        """Internal minus external forces of this rank's cells [N/m], flat over local dofs."""
+        result: Floats = np.zeros_like(self.u.x.array)
         fem.assemble_vector(result, self._residual)
         return result
 
@@ -163,7 +164,7 @@ class BodyProblem:
             self._increment = fem.Function(self.V)
             self._action = fem.form(ufl.derivative(self._residual_ufl, self.u, self._increment))
         self._increment.x.array[:] = du
-        result = np.zeros_like(self.u.x.array)
+        result: Floats = np.zeros_like(self.u.x.array)
         fem.assemble_vector(result, self._action)
         return result
 
@@ -178,14 +179,14 @@ class BodyProblem:
             Owned and ghost dofs of this rank, (m,).
         """
         blocks = self.vertex_dofs[np.isin(self.vertices, vertices)].astype(np.int64)
-        return blocks * self.V.dofmap.index_map_bs + component
+        return np.asarray(blocks * self.V.dofmap.index_map_bs + component)
 
     def cell_dofs(self) -> Ints:
         """Scalar dofs of every owned cell, (cells, dofs)."""
         bs = self.V.dofmap.index_map_bs
         owned = self.mesh.mesh.topology.index_map(self.mesh.mesh.topology.dim).size_local
         blocks = self.V.dofmap.list[:owned].astype(np.int64)
-        return (bs * blocks[:, :, None] + np.arange(bs)).reshape(owned, -1)
+        return np.asarray((bs * blocks[:, :, None] + np.arange(bs)).reshape(owned, -1))
 
     def cell_stress(self) -> Floats:
         """Cauchy stress at the cells' midpoints, owned and ghost: xx, yy, zz, xy, yz, xz [Pa]."""

@@ -1,4 +1,4 @@
-"""Dual mortar operators D, M and the weighted gap of an interface, with their derivatives (9)-(11)."""
+"""Dual mortar operators D, M and the weighted gap, with their derivatives (9)-(11)."""
 
 from dataclasses import dataclass
 
@@ -17,8 +17,8 @@ D_ENTRY, GAP_ENTRY = -1, -2
 class Mortar:
     """Operators of one interface as a list of entries; repeated entries add up.
 
-    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a mortar
-    entry, the nonmortar nodes without multiplier (modified basis), so that always Σ_l M_jl = D_jj.
+    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a
+    mortar entry, the nonmortar nodes without multiplier (modified basis): always Σ_l M_jl = D_jj.
 
     Attributes:
         row: Nonmortar node j of every entry, shape (e,).
@@ -73,7 +73,7 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
 
 
 def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
-    """A = diag(d) m⁻¹ (f, 2, 2) and its derivative with respect to (m11, m12, m22), (f, 2, 2, 3)."""
+    """A = diag(d) m⁻¹ (f, 2, 2) and its derivative by (m11, m12, m22), (f, 2, 2, 3)."""
     m11, m12, m22 = m.T
     d1, d2, zero = m11 + m12, m12 + m22, np.zeros(len(m))
     det = m11 * m22 - m12**2
@@ -105,7 +105,7 @@ def _places(mesh: InterfaceMesh, segments: Segments, ends: Ints) -> tuple[Ints, 
 
 
 def _coefficients(A: Floats) -> Floats:
-    """Entries (D, g, M_c, M_d, M_other) as linear functions of a segment's integrals, (s, 2, 5, 7)."""
+    """Entries (D, g, M_c, M_d, M_other) as linear functions of the integrals, (s, 2, 5, 7)."""
     W = np.zeros((len(A), 2, 5, 7))
     d = np.array(((1.0, 1, 0, 0, 0, 0, 0), (0, 1.0, 1, 0, 0, 0, 0)))  # ∫ N_i
     zeta = np.eye(7)[3:5]  # ∫ N_i ζ

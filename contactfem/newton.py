@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -15,7 +16,7 @@ from contactfem.system import System
 from contactfem.timers import Timers
 
 CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
-# Residual that round-off leaves, over stiffness times size: surely reached, and reached at the latest
+# Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
 DIRECT_SOLVER = {
     "ksp_type": "preonly",
@@ -113,13 +114,15 @@ class NewtonSolver:
         Returns:
             How it ended; `conditions` and the bodies' displacements are those of the end.
         """
-        self._step, self._seen, self._reason = step, {}, ""
+        self._step, self._reason = step, ""
+        self._seen: dict[bytes, int] = {}
         self._residuals: list[float] = []
         self._statuses: list[bytes] = []
         self.history: list[list[Conditions]] = []
         self.conditions: list[Conditions] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
+        self._solve_started = 0.0
         try:
             with self.timers.book("newton"):
                 self._snes.solve(None, self.system.x)
@@ -144,9 +147,7 @@ class NewtonSolver:
         with self.timers.book("contact.conditions"):
             positions = self.positions()
             stick = self._step.stick if first else [None] * len(positions)
-            self.conditions = self.condensed.evaluate(
-                positions, self._step.histories, stick, out
-            )
+            self.conditions = self.condensed.evaluate(positions, self._step.histories, stick, out)
             self.history.append(self.conditions)
 
     def reactions(self) -> list[float]:
@@ -182,17 +183,13 @@ class NewtonSolver:
         if norm <= STALLED * self._stiffness and stands and stalled:
             return CONVERGED
         if its >= self.max_iterations:
-            self._reason = (
-                f"no convergence in {its} iterations, residual {self._residuals[-1]:.1e}"
-            )
+            self._reason = f"no convergence in {its} iterations, residual {self._residuals[-1]:.1e}"
             return DIVERGED_ITERATIONS
         return None
 
     def _forces(self) -> float:
         """Size of the forces that the residual is compared with [N/m]."""
-        contact = [
-            np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions
-        ]
+        contact = [np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions]
         support = [np.linalg.norm(r) for r in self.system.reactions(self._parts)]
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
@@ -201,7 +198,7 @@ class NewtonSolver:
         with self.timers.book("contact.pattern"):
             self.condensed.prepare(self.conditions)
         self.condensed.fill(self.conditions, self._jumps)
-        A = self.condensed.matrix
+        A = self.condensed.tangent()
         damping = self._damping()
         if damping < 1.0:
             A.scale(1.0 / damping)

@@ -1,5 +1,7 @@
 """What a run says and writes while it goes: terminal, tables and field files."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self

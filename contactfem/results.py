@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+from contactfem.laws import Status as Status
 
 if TYPE_CHECKING:
     from contactfem.case import Case
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-
-
-class Status(IntEnum):
-    """What a nonmortar node does; `NONE` carries no multiplier (its motion is prescribed)."""
-
-    NONE = -1
-    OPEN = 0
-    STICK = 1
-    SLIP = 2
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
 from mpi4py import MPI
 
 from contactfem.case import Case
@@ -18,7 +19,7 @@ from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
 from contactfem.results import RunResult, StepReport
 from contactfem.scene import Condition
-from contactfem.state import State, initial_state
+from contactfem.state import initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
@@ -81,7 +82,8 @@ class _Loop:
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
-        dt, easy = self.case.time.step, []
+        dt = self.case.time.step
+        easy: list[int] = []
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
             begun, cutbacks = time.perf_counter(), 0
             while True:
@@ -145,9 +147,7 @@ class _Loop:
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions
-        dissipation = float(
-            sum(np.sum(c.history.D * c.traction * c.slip) for c in conditions)
-        )
+        dissipation = float(sum(np.sum(c.history.D * c.traction * c.slip) for c in conditions))
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
         self.reactions = self.solver.reactions()
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
@@ -229,7 +229,9 @@ def _result(
         pictures = body_pictures(discretisation)
         probes = probe_values(case, discretisation, pictures)
         tables = interface_tables(discretisation, loop.state)
-    reactions = dict(zip(discretisation.held, ((r,) for r in loop.reactions), strict=False))
+    reactions: dict[str, tuple[float, ...]] = {
+        name: (force,) for name, force in zip(discretisation.held, loop.reactions, strict=False)
+    }
     system = discretisation.system
     sizes = {
         "unknowns": system.numbering.n_global,

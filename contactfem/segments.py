@@ -1,4 +1,4 @@
-"""Segments of an interface: which pieces of its two surfaces face each other (paper 1.4, Figure 2)."""
+"""Segments: which pieces of the two surfaces face each other (paper 1.4, Figure 2)."""
 
 from dataclasses import dataclass
 
@@ -50,7 +50,7 @@ def find_pairs(
     nonmortar = np.ascontiguousarray(mesh.nonmortar[chosen])
     capacity = 4 * len(nonmortar) + 4 * len(mesh.mortar) + 16
     while True:
-        pairs = np.empty((capacity, 2), np.int64)
+        pairs: Ints = np.empty((capacity, 2), np.int64)
         count = lib.cf_pairs(
             _read(x), _read(normals), len(nonmortar), _read_int(nonmortar), len(mesh.mortar),
             _read_int(mesh.mortar), radius, capacity, _write_int(pairs),

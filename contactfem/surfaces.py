@@ -40,7 +40,7 @@ class InterfaceMesh:
 
     @cached_property
     def carries(self) -> Bools:
-        """Nonmortar nodes with a multiplier: those that can move along their normal, (n_nonmortar,)."""
+        """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
         n = _averaged(self, self.X)[0]
         free = self.free[: self.n_nonmortar]
         return np.asarray(free.all(1) | (free & (np.abs(n) > 0.5)).any(1))
@@ -110,7 +110,7 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
 
 
 def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:
-    """Half the length of the nonmortar facets at each node, ∫ N_j over whole facets, with derivative.
+    """Half the length of the facets at each nonmortar node, ∫ N_j, with derivative.
 
     Args:
         mesh: The interface.
@@ -129,7 +129,9 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
             rows.append(np.repeat(ends[:, j][:, None], 2, 1))
             cols.append(_expand(ends[:, k]))
             values.append(sign * t)
-    half = np.bincount(ends.ravel(), np.repeat(0.5 * size, 2), mesh.n_nonmortar)
+    half: Floats = np.bincount(ends.ravel(), np.repeat(0.5 * size, 2), mesh.n_nonmortar).astype(
+        np.float64
+    )
     return half, _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
 
 

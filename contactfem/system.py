@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import la
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -106,9 +107,7 @@ def number(
             result[a == -3 - k] = k
         unknown.append(result)
         start += count
-    return Numbering(
-        tuple(unknown), np.arange(len(grips)), first, n_local, comm.allreduce(n_local)
-    )
+    return Numbering(tuple(unknown), np.arange(len(grips)), first, n_local, comm.allreduce(n_local))
 
 
 class System:
@@ -139,7 +138,7 @@ class System:
         n = self.numbering
         self.x = PETSc.Vec().createMPI((n.n_local, n.n_global), comm=comm)
         self._maps, self._scatters = [], []
-        for body, unknown in zip(bodies, n.unknown, strict=True):
+        for unknown in n.unknown:
             self._maps.append(PETSc.LGMap().create(unknown.astype(np.int32), comm=comm))
             free = np.flatnonzero(unknown >= 0).astype(np.int32)
             local = PETSc.Vec().createSeq(len(unknown))

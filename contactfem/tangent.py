@@ -9,7 +9,7 @@ from contactfem.contact import Conditions, Contact, relative_motion
 from contactfem.laws import Status
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.segments import cut
-from contactfem.surfaces import Floats, Ints
+from contactfem.surfaces import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def linearise(contact: Contact, conditions: Conditions) -> Tangent:
 def _entries(contact: Contact, conditions: Conditions) -> Mortar:
     """Differentiated operators of this rank's facets with an active node."""
     mesh, operators = contact.mesh, conditions.operators
-    needed = conditions.active[mesh.nonmortar].any(1)
+    needed = np.asarray(conditions.active[mesh.nonmortar].any(axis=1))
     pairs = operators.pairs[needed[operators.pairs[:, 0]]]
     segments = cut(mesh, operators.x, operators.normals.n, pairs, differentiate=True)
     return assemble(mesh, operators.x, segments, operators.normals)
@@ -117,8 +117,8 @@ def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_m
     return _matrix(triplets, (first + 2 * n, len(e)))
 
 
-def _nodal_part(contact: Contact, c: Conditions, mine: np.ndarray) -> sp.csr_matrix:
-    """Derivatives through normals, facet lengths and positions at fixed D, M and g, of some nodes."""
+def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
+    """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
     op, mu = c.operators, contact.law.friction_coefficient
     first, rim = 2 * n_nodes, c.rim
@@ -156,14 +156,14 @@ def _nodal_part(contact: Contact, c: Conditions, mine: np.ndarray) -> sp.csr_mat
 
 
 def _slip_by_normal(c: Conditions) -> Floats:
-    """d s_j / d n_j at fixed w_j: w·dτ = (-w_y, w_x)·dn, over D⁰."""
+    """D s_j / d n_j at fixed w_j: w·dτ = (-w_y, w_x)·dn, over D⁰."""
     w = relative_motion(c.operators, c.history)
     D0 = np.where(c.history.D > 0.0, c.history.D, np.inf)
-    return np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None]
+    return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
 
 
 def _slip_by_position(contact: Contact, c: Conditions, stick: Ints) -> sp.csr_matrix:
-    """d s_j / d x at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰ for the given nodes."""
+    """Derivative of s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
     chosen = np.zeros(n, bool)
     chosen[stick] = True

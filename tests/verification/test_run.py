@@ -1,10 +1,11 @@
-"""Whole runs that no case file covers: other energies, obstacles, failed steps, starts with a gap."""
+"""Whole runs that no case file covers: energies, obstacles, failed steps, starts with a gap."""
 
 import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mpi4py import MPI
 
 from contactfem.case import read_case
@@ -96,7 +97,8 @@ def test_three_dimensional_bulk(tmp_path, cell):
              nz = 2, cell = "{cell}" }}
     """.replace("\n             ", " ")
     text = "\n".join(line.strip() for line in text.splitlines())
-    for side, axis in (("left", "x"), ("right", "x"), ("back", "z"), ("front", "z"), ("bottom", "y")):
+    held = (("left", "x"), ("right", "x"), ("back", "z"), ("front", "z"), ("bottom", "y"))
+    for side, axis in held:
         text += f'\n[[conditions]]\non = "box.{side}"\ndisplacement.{axis} = "0 mm"\n'
     text += '[[conditions]]\non = "box.top"\ndisplacement.y = "-0.2 mm"\n'
     result = solve(tmp_path, text)
@@ -216,9 +218,13 @@ def test_failed_step_gives_back_everything(tmp_path, monkeypatch):
 def test_given_up_run_keeps_the_last_good_state(tmp_path):
     """A load that no friction can carry ends with the reason and the state before it."""
     text = head("small", "0.5 s") + FALLING.format(gap="0 mm").replace("\n         ", " ")
-    text = text.replace('on = "block.left"\ndisplacement.x = "0 mm"', (
-        'on = "block.top"\ntraction.x = [["0.5 s", "0 MPa"], ["1 s", "0.5 MPa"]]'))
-    text = text.replace('traction.y = "-1 MPa"', 'traction.y = [["0 s", "0 MPa"], ["0.5 s", "-1 MPa"]]')
+    text = text.replace(
+        'on = "block.left"\ndisplacement.x = "0 mm"',
+        ('on = "block.top"\ntraction.x = [["0.5 s", "0 MPa"], ["1 s", "0.5 MPa"]]'),
+    )
+    text = text.replace(
+        'traction.y = "-1 MPa"', 'traction.y = [["0 s", "0 Pa"], ["0.5 s", "-1 MPa"]]'
+    )
     text = text.replace('search_radius = "2 mm"', "friction = { coefficient = 0.3 }")
     result = solve(tmp_path, text)
     assert not result.converged
