@@ -184,7 +184,7 @@ def test_shift_and_rotation(chains):
 
 
 def test_ring_covers_itself_once():
-    """A disk in a hole: D adds up to the disk's perimeter, also with a radius beyond the far side."""
+    """A disk in a hole: D adds up to its perimeter, though the search reaches the far side."""
     X, facets, n = [], [], 0
     for count, radius, sense in ((24, 1.0, 1), (17, 1.02, -1)):
         angle = sense * 2 * np.pi * np.arange(count) / count

@@ -1,0 +1,137 @@
+"""Trial states of unilateral contact with Coulomb friction, node by node."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from contactfem.laws import (
+    RIM,
+    RIM_COMPLIANCE,
+    Status,
+    contact_scale,
+    coulomb,
+    rim_compliance,
+    trial_pressure,
+)
+
+SCALE = st.floats(1e-3, 1e3)
+SIGNED = st.floats(-1e3, 1e3)
+
+
+def one(value):
+    return np.array([float(value)])
+
+
+def judge(p_trial, t, slip, mu=0.5, c=2.0, t_rim=0.0, kappa=0.0):
+    found = coulomb(*(one(v) for v in (p_trial, t, t_rim, slip, c, kappa)), mu)
+    return Status(found.status[0]), found.direction[0]
+
+
+def test_contact_scale():
+    """Two springs in a row; a rigid obstacle adds nothing."""
+    np.testing.assert_allclose(contact_scale(one(0.5), 10.0, 2.0, 40.0), [10.0])
+    np.testing.assert_allclose(contact_scale(one(0.5), 10.0, 2.0, np.inf), [20.0])
+
+
+@pytest.mark.parametrize(
+    ("p_trial", "t", "slip", "expected"),
+    [
+        (-1.0, 0.0, 0.0, (Status.OPEN, 0)),
+        (-1.0, 9.0, 9.0, (Status.OPEN, 0)),  # slip without pressure is no friction
+        (0.0, 1.0, 0.0, (Status.OPEN, 0)),
+        (1.0, 0.0, 0.0, (Status.STICK, 0)),
+        (1.0, 0.49, 0.0, (Status.STICK, 0)),
+        (1.0, 0.5, 0.0, (Status.STICK, 0)),
+        (1.0, 0.51, 0.0, (Status.SLIP, 1)),
+        (1.0, -0.49, 0.0, (Status.STICK, 0)),
+        (1.0, -0.51, 0.0, (Status.SLIP, -1)),
+        (1.0, 0.4, 0.06, (Status.SLIP, 1)),  # t + c s = 0.52
+        (1.0, 0.4, 0.04, (Status.STICK, 0)),  # 0.48
+        (1.0, 0.5, -0.1, (Status.STICK, 0)),  # slips back: 0.3
+        (1.0, 0.5, -0.51, (Status.SLIP, -1)),  # slips back by a lot: -0.52
+        (1.0, -0.5, -0.1, (Status.SLIP, -1)),
+        (1.0, -0.5, 0.1, (Status.STICK, 0)),
+    ],
+)
+def test_status_for_all_signs(p_trial, t, slip, expected):
+    """Pressure decides over contact; traction and slip together over stick and direction."""
+    assert judge(p_trial, t, slip) == expected
+
+
+@pytest.mark.parametrize("t", [-3.0, 0.0, 3.0])
+def test_without_friction_contact_slips_without_direction(t):
+    assert judge(1.0, t, 0.7, mu=0.0) == (Status.SLIP, 0)
+    assert judge(-1.0, t, 0.7, mu=0.0) == (Status.OPEN, 0)
+
+
+@given(p=SIGNED, p_rim=SIGNED, gap=SIGNED, c=SCALE)
+def test_trial_pressure_limits(p, p_rim, gap, c):
+    """No rim rule: p - c g. A vanishing cover: the neighbour's pressure, with the gap over κ."""
+    args = [one(v) for v in (p, p_rim, gap, c)]
+    assert trial_pressure(*args, one(0.0))[0] == p - c * gap
+    large = 1e12
+    size = abs(p) + abs(p_rim) + c * abs(gap) + 1.0
+    assert trial_pressure(*args, one(large / c))[0] == pytest.approx(p_rim, abs=1e-11 * size)
+
+
+@given(p=SIGNED, p_rim=SIGNED, c=SCALE, kappa=SCALE)
+def test_trial_pressure_where_the_condition_holds(p, p_rim, c, kappa):
+    """At g + κ (p - p_k) = 0 the trial pressure is the pressure: the status is consistent."""
+    gap = -kappa * (p - p_rim)
+    found = trial_pressure(*(one(v) for v in (p, p_rim, gap, c, kappa)))[0]
+    assert found == pytest.approx(p, rel=1e-9, abs=1e-9 * (1 + abs(p_rim)) * (1 + c * kappa))
+
+
+@given(t=st.floats(-0.9, 0.9), t_rim=SIGNED, c=SCALE, kappa=SCALE, sign=st.sampled_from([-1, 1]))
+def test_rim_rule_of_the_traction(t, t_rim, c, kappa, sign):
+    """Where s = κ (t - t_k) the trial traction is t: inside the cone sticks, outside slips."""
+    slip = kappa * (t - t_rim)
+    assert judge(2.0, t, slip, 0.5, c, t_rim, kappa) == (Status.STICK, 0)
+    far = sign * 1.1
+    slip = kappa * (far - t_rim)
+    assert judge(2.0, far, slip, 0.5, c, t_rim, kappa) == (Status.SLIP, sign)
+
+
+@given(st.floats(-1e6, 1e6), SIGNED, SIGNED, st.floats(0, 2), SCALE)
+def test_every_node_has_one_status(p_trial, t, slip, mu, c):
+    """Direction is non-zero only in slip with friction, and then has the trial traction's sign."""
+    status, direction = judge(p_trial, t, slip, mu, c)
+    trial = t + c * slip
+    assert (status == Status.OPEN) == (p_trial <= 0)
+    if status == Status.SLIP and mu > 0:
+        assert direction == np.sign(trial)
+    else:
+        assert direction == 0
+
+
+def test_nodes_do_not_mix():
+    """Arrays are judged entry by entry."""
+    p, t = np.array([1.0, -1, 1, 1]), np.array([0.0, 0, 2, -2])
+    zero, c = np.zeros(4), np.ones(4)
+    found = coulomb(p, t, zero, zero, c, zero, 0.5)
+    np.testing.assert_array_equal(found.status, [1, 0, 2, 2])
+    np.testing.assert_array_equal(found.direction, [0, 0, 1, -1])
+    assert found.status.dtype == np.int8
+
+
+def test_rim_compliance_values():
+    """κ = (0.1 / c) (1 / 2f - 1) below half a cover, continuous there, and none elsewhere."""
+    cover = np.array([0.0, 1e-12, 0.05, 0.25, RIM, 0.7, 1.0])
+    kappa, slope = rim_compliance(cover, np.full(7, 4.0))
+    a = RIM_COMPLIANCE / 4.0
+    np.testing.assert_allclose(kappa, [0, a * (5e11 - 1), 9 * a, a, 0, 0, 0], rtol=1e-14)
+    assert (slope[[0, 4, 5, 6]] == 0).all()
+    just_below, _ = rim_compliance(one(RIM - 1e-9), one(4.0))
+    assert 0 < just_below[0] < 1e-8 * a * 3
+    assert RIM_COMPLIANCE == 0.1
+
+
+@given(cover=st.floats(1e-6, 0.4999), c=SCALE)
+def test_rim_compliance_slope(cover, c):
+    """dκ/df by central differences."""
+    h = 1e-5 * cover
+    ends = [rim_compliance(one(f), one(c))[0][0] for f in (cover - h, cover + h)]
+    slope = rim_compliance(one(cover), one(c))[1][0]
+    if cover + h < RIM:
+        assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h), rel=1e-6)
