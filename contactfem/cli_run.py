@@ -1,5 +1,6 @@
 """`contactfem run`: one voice and one exit code, however many ranks there are."""
 
+import shlex
 import sys
 import time
 import traceback
@@ -12,6 +13,7 @@ from contactfem.case import Case, read_case
 from contactfem.check import check_files, describe
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.expect import check_names
+from contactfem.timers import seconds_since_start
 
 PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
 
@@ -65,7 +67,8 @@ def _run_all(
     codes = []
     for name in (None, *base.variants):
         case = _read(comm, path, overrides, name)
-        codes.append(_run_one(comm, case, _folder(path, name, out and out / _stem(path, name))))
+        folder = _folder(path, name, out and out / _stem(path, name))
+        codes.append(_run_one(comm, case, folder, first=name is None))
     return max(codes)
 
 
@@ -97,13 +100,14 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
     return answer
 
 
-def _run_one(comm: MPI.Comm, case: Case, out: Path) -> int:
-    """Run one case and say how it went."""
-    from contactfem.run import run_case
+def _run_one(comm: MPI.Comm, case: Case, out: Path, first: bool = True) -> int:
+    """Run one case and say how it went; the first one also pays for the imports."""
+    from contactfem.run import Invocation, run_case
 
     if comm.rank == 0:
         print(describe(case), flush=True)
-    result = run_case(case, comm, out)
+    imports = seconds_since_start() if first else 0.0
+    result = run_case(case, comm, out, Invocation(_command(comm), imports))
     passed = True
     if comm.rank == 0:
         passed = _closing(out)
@@ -113,6 +117,12 @@ def _run_one(comm: MPI.Comm, case: Case, out: Path) -> int:
     if not result.converged:
         return ExitCode.GAVE_UP
     return ExitCode.DONE if passed else ExitCode.MISSED
+
+
+def _command(comm: MPI.Comm) -> str:
+    """The command line that was given, as it can be given again."""
+    words = shlex.join(["contactfem", *sys.argv[1:]])
+    return words if comm.size == 1 else f"mpirun -n {comm.size} {words}"
 
 
 def _closing(out: Path) -> bool:

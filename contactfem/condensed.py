@@ -16,8 +16,8 @@ from petsc4py import PETSc
 from contactfem.contact import Conditions, Contact, History
 from contactfem.coupling import Coupling
 from contactfem.interface import InterfaceNodes
-from contactfem.laws import Status
-from contactfem.surfaces import Bools, Floats, Ints
+from contactfem.laws import Status, Trial
+from contactfem.surfaces import Floats, Ints
 from contactfem.system import System
 from contactfem.tangent import Tangent, linearise
 from contactfem.timers import Timers
@@ -52,7 +52,7 @@ class Condensed:
         self,
         positions: Sequence[Floats],
         histories: Sequence[History],
-        stick: Sequence[Bools | None],
+        starts: Sequence[Trial | None],
         out: PETSc.Vec,
     ) -> list[Conditions]:
         """Contact conditions and the condensed residual from the bulk residual; collective.
@@ -60,8 +60,7 @@ class Condensed:
         Args:
             positions: Of the nodes of every interface [m].
             histories: Operators at the start of the step, per interface.
-            stick: Nodes of every interface that are made to stick while all others are open; None
-                for trial states.
+            starts: Status to start from, per interface; None for trial states.
             out: Holds the bulk residual, receives the condensed one [N/m].
 
         Returns:
@@ -74,11 +73,11 @@ class Condensed:
             force = interface.nodes.gather(self.bulk.array_r, self.system.numbering.first)
             covered = operators.D > 0.0
             multiplier = -force / np.where(covered, operators.D, np.inf)[:, None]
-            imposed = stick[k]
-            if imposed is None:
+            start = starts[k]
+            if start is None:
                 c = interface.contact.conditions(operators, multiplier, histories[k])
             else:
-                c = interface.contact.imposed(operators, multiplier, histories[k], imposed)
+                c = interface.contact.imposed(operators, multiplier, histories[k], start)
             result.append(c)
         for interface, c in zip(self.interfaces, result, strict=True):
             self._insert(interface, c, out)

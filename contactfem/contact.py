@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mpi4py import MPI
 
-from contactfem.laws import Status, coulomb, rim_compliance, trial_pressure
+from contactfem.laws import Status, Trial, coulomb, rim_compliance, trial_pressure
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.segments import cut, find_pairs
 from contactfem.surfaces import (
@@ -188,26 +188,26 @@ class Contact:
         )
 
     def imposed(
-        self, operators: Operators, multiplier: Floats, history: History, stick: Bools
+        self, operators: Operators, multiplier: Floats, history: History, start: Trial
     ) -> Conditions:
-        """As `conditions`, with the given nodes sticking and all others open.
+        """As `conditions`, with a given status instead of the trial one.
 
         Args:
             operators: At the current positions.
             multiplier: λ_j [Pa], (n_nonmortar, 2).
             history: Operators at the start of the step.
-            stick: Nodes that stick, (n_nonmortar,).
+            start: Status and slip direction; what is not covered is open all the same.
 
         Returns:
             The conditions.
         """
         slip, seen = self._slip(operators, history)
-        status = np.where(stick & (operators.D > 0.0), Status.STICK, Status.OPEN)
+        status = np.where(operators.D > 0.0, start.status, Status.OPEN)
         status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
+        direction = np.where(status == Status.SLIP, start.direction, 0.0)
         return self._rows(
-            operators, history, multiplier, slip, seen, status, np.zeros(len(slip)),
-            self._rim(operators),
-        )  # fmt: skip
+            operators, history, multiplier, slip, seen, status, direction, self._rim(operators)
+        )
 
     def _rows(
         self,

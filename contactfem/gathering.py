@@ -111,7 +111,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
         op = c.operators
         pressure = rim_pressure(c.pressure, c.rim, op.gap, c.kappa, op.cover, c.active)
         status = np.where(mesh.carries, c.status, Status.NONE).astype(np.int8)
-        mortar = np.arange(n, mesh.n_nodes)
+        mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
         seen = np.asarray(op.M.T @ np.where(c.active, pressure, 0.0)).ravel()[mortar]
         tables.append(

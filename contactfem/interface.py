@@ -65,6 +65,11 @@ class InterfaceNodes:
         self.mesh = InterfaceMesh(n, first.facets, second.facets + n, self.X, free)
         self._system = system
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the mortar side is an obstacle."""
+        return self._rigid is not None
+
     def positions(self, t: float, ramp_end: float) -> Floats:
         """Current positions of all nodes [m], (n, 2); collective.
 

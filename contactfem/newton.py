@@ -11,7 +11,8 @@ from petsc4py import PETSc
 
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
-from contactfem.surfaces import Bools, Floats
+from contactfem.laws import Trial
+from contactfem.surfaces import Floats
 from contactfem.system import System
 from contactfem.timers import Timers
 
@@ -53,13 +54,15 @@ class StepInput:
         t: Time at its end [s].
         ramp_end: Time at which constant loads are reached [s].
         histories: Operators at its start, per interface.
-        stick: Nodes that stick in the first iteration, per interface; None for trial states.
+        starts: Contact status of the first iteration, per interface; None for trial states.
+        known: Whether that is the status of an equilibrium found before, not a guess.
     """
 
     t: float
     ramp_end: float
     histories: tuple[History, ...]
-    stick: tuple[Bools | None, ...]
+    starts: tuple[Trial | None, ...]
+    known: bool
 
 
 class NewtonSolver:
@@ -146,8 +149,8 @@ class NewtonSolver:
             self._parts = system.residual(out, jumps)
         with self.timers.book("contact.conditions"):
             positions = self.positions()
-            stick = self._step.stick if first else [None] * len(positions)
-            self.conditions = self.condensed.evaluate(positions, self._step.histories, stick, out)
+            starts = self._step.starts if first else [None] * len(positions)
+            self.conditions = self.condensed.evaluate(positions, self._step.histories, starts, out)
             self.history.append(self.conditions)
 
     def reactions(self) -> list[float]:
@@ -170,7 +173,7 @@ class NewtonSolver:
             c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
         )
         stands = bool(self._statuses and self._statuses[-1] == status) or (
-            its == 0 and all(stick is None for stick in self._step.stick)
+            its == 0 and self._step.known
         )
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)

@@ -30,6 +30,7 @@ class Recorder:
         out: Folder, None to write nothing.
         discretisation: Bodies and interfaces.
         timers: Where time is booked.
+        command: The command that repeats the run.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Recorder:
         out: Path | None,
         discretisation: Discretisation,
         timers: Timers,
+        command: str,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         self._times = list(case.output.times)
@@ -52,8 +54,8 @@ class Recorder:
                 from contactfem.output import OutputWriter
                 from contactfem.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command_of(case, comm.size))
-                self._voice = Reporter(case)
+                self._writer = OutputWriter(out, case, command)
+                self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
                 from contactfem.fields import FieldWriter
 
@@ -106,9 +108,3 @@ class Recorder:
         """Write the end of the run, on the first rank."""
         if self._writer is not None:
             self._writer.finish(result)
-
-
-def command_of(case: Case, ranks: int) -> str:
-    """The command that repeats a run."""
-    run = f"contactfem run {case.path}"
-    return run if ranks == 1 else f"mpirun -n {ranks} {run}"

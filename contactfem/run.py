@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from contactfem.control import GiveUp, StepLimits, after_failure, after_success,
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
 from contactfem.gathering import body_pictures, interface_tables, probe_values
-from contactfem.laws import Status
+from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
 from contactfem.results import RunResult, StepReport
@@ -28,13 +29,24 @@ TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-def run_case(case: Case, comm: MPI.Comm, out: Path | None) -> RunResult:
+@dataclass(frozen=True)
+class Invocation:
+    """How a run was started: the command that repeats it, and what imports took before it [s]."""
+
+    command: str
+    import_seconds: float
+
+
+def run_case(
+    case: Case, comm: MPI.Comm, out: Path | None, invocation: Invocation | None = None
+) -> RunResult:
     """Solve a case from time zero to its end; collective.
 
     Args:
         case: The case.
         comm: All ranks.
         out: Folder for the results, None to write nothing.
+        invocation: How it was started, from the command line.
 
     Returns:
         The results; pictures and probes on the first rank only. If the solver gave up they are
@@ -43,8 +55,10 @@ def run_case(case: Case, comm: MPI.Comm, out: Path | None) -> RunResult:
     Raises:
         CaseError: The case does not fit its meshes.
     """
-    start = time.perf_counter()
+    invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
+    start = time.perf_counter() - invocation.import_seconds
     timers = Timers()
+    timers.add("import", invocation.import_seconds)
     discretisation = discretise(case, comm, timers)
     solver = NewtonSolver(
         discretisation.system,
@@ -54,7 +68,7 @@ def run_case(case: Case, comm: MPI.Comm, out: Path | None) -> RunResult:
         case.solver.petsc,
         timers,
     )
-    with Recorder(case, comm, out, discretisation, timers) as recorder:
+    with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
         loop = _Loop(case, discretisation, solver, recorder)
         message = loop.run()
         timers.add("total", time.perf_counter() - start)
@@ -125,18 +139,20 @@ class _Loop:
         return not bodies.isdisjoint(self.discretisation.unheld)
 
     def _attempt(self, t: float) -> SolveReport:
-        return self.solver.solve(
-            StepInput(t, self.ramp_end, self.state.histories, self._first_contact())
-        )
+        starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
+        known = bool(self.state.conditions) or not starts
+        return self.solver.solve(StepInput(t, self.ramp_end, self.state.histories, starts, known))
 
-    def _first_contact(self) -> tuple[Bools | None, ...]:
-        """Nodes that stick in the first iteration of a first contact, per interface."""
-        return tuple(self._first_stick(k) for k in range(len(self.discretisation.interfaces)))
+    def _start(self, k: int) -> Trial | None:
+        """Status that the first iteration of a step takes for an interface.
 
-    def _first_stick(self, k: int) -> Bools | None:
-        """Guess of the first active set; None where the last state is the better guess."""
+        That of the last step where there was contact: with a linear bulk and loads that grow in
+        proportion it stays right, and a trial state would not know which of the nodes on the limit
+        of friction slip. At a first contact a guess; None where there is none to make.
+        """
         if self.state.conditions and self.state.conditions[k].active.any():
-            return None
+            c = self.state.conditions[k]
+            return Trial(c.status, c.direction)
         interface = self.discretisation.interfaces[k]
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
@@ -170,8 +186,8 @@ class _Loop:
         return report
 
 
-def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Bools | None:
-    """Nodes that a first contact starts from, to stick for one iteration.
+def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
+    """Status that a first contact starts from: some nodes stick for one iteration.
 
     Args:
         gap: Mean gap of the nodes [m], (n,).
@@ -181,15 +197,16 @@ def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool)
             the lowest 30 % of the range of gaps close, otherwise those that touch.
 
     Returns:
-        Mask, (n,); None where no node touches and none has to.
+        Status of every node; None where no node touches and none has to.
     """
-    touching = seen & (np.abs(gap) <= TOUCH * size)
-    if not held_by_contact:
-        return touching if touching.any() else None
-    if not seen.any():
-        return seen
-    low, high = gap[seen].min(), gap[seen].max()
-    return np.asarray(seen & (gap <= low + FIRST_CONTACT * (high - low)))
+    stick = seen & (np.abs(gap) <= TOUCH * size)
+    if held_by_contact and seen.any():
+        low, high = gap[seen].min(), gap[seen].max()
+        stick = seen & (gap <= low + FIRST_CONTACT * (high - low))
+    if not stick.any():
+        return None
+    status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
+    return Trial(status, np.zeros(len(gap)))
 
 
 def _stops(case: Case) -> list[float]:

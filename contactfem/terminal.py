@@ -38,13 +38,15 @@ def step_line(report: StepReport) -> str:
 class Reporter:
     """Tells how a run gets on; used as a context, so that the terminal is left in order."""
 
-    def __init__(self, case: Case, stream: TextIO | None = None) -> None:
+    def __init__(self, case: Case, stream: TextIO | None = None, bar: bool = True) -> None:
         """Prepare; nothing is printed yet.
 
         Args:
             case: the case that is run.
             stream: where to, standard output by default.
+            bar: whether to draw a bar on a terminal; mpirun shows one to rank 0 that is none.
         """
+        self._bar = bar
         self._end = case.time.end
         self._stream = sys.stdout if stream is None else stream
         self._progress: Progress | None = None
@@ -52,7 +54,7 @@ class Reporter:
 
     def __enter__(self) -> Reporter:
         """Show the bar if there is a terminal to show it on."""
-        if self._stream.isatty():
+        if self._bar and self._stream.isatty():
             from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
