@@ -160,7 +160,7 @@ def stand_in(monkeypatch, message, passed, raises=None):
     """Replace the solver by something that has just run."""
     import contactfem.run
 
-    def run_case(case, comm, out):
+    def run_case(case, comm, out, invocation):
         if raises is not None:
             raise raises
         out.mkdir(parents=True)
@@ -219,7 +219,7 @@ import contactfem.cli_run, contactfem.run
 from contactfem.cli import main
 from contactfem.errors import CaseError
 
-def run_case(case, comm, out):
+def run_case(case, comm, out, invocation):
     if comm.rank == {rank}:
         raise {error}
     comm.barrier()
