@@ -221,8 +221,8 @@ class Condensed:
 def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:
     """Factors that make forces [N/m] of the conditions: of C_n [m], and of C_t [m] or [Pa].
 
-    Lengths are scaled by the softer modulus, and down where the rim rule ties to p_j = -R_j / D_jj
-    with a vanishing D_jj; tractions by D_jj. Newton's step does not depend on them.
+    Lengths are scaled by the softer modulus, and down where a compliance ties to p_j = -R_j / D_jj
+    with a small D_jj; tractions by D_jj. Newton's step does not depend on them.
 
     Args:
         interface: The interface.
@@ -231,10 +231,11 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:
     Returns:
         Normal and tangential factors, (n_nonmortar,) each.
     """
-    E = interface.contact.law.stiffness
-    D = np.where(c.operators.D > 0.0, c.operators.D, 1.0)
-    length = E / (1.0 + c.kappa * E / D)
-    return length, np.where(c.status == Status.STICK, length, D)
+    law = interface.contact.law
+    E, D = law.stiffness, np.where(c.operators.D > 0.0, c.operators.D, 1.0)
+    normal = E / (1.0 + (c.kappa + law.normal_compliance) * E / D)
+    stick = E / (1.0 + (c.kappa + law.tangential_compliance) * E / D)
+    return normal, np.where(c.status == Status.STICK, stick, D)
 
 
 def _rows_of(A: PETSc.Mat, rows: Ints, n_cols: int) -> sp.csr_matrix:

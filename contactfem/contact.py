@@ -1,6 +1,6 @@
 """Contact of one interface: conditions at the nonmortar nodes, forces, and their exact tangent."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mpi4py import MPI
 
-from contactfem.laws import Status, Trial, coulomb, rim_compliance, trial_pressure
+from contactfem.laws import Status, Tie, Trial, coulomb, rim_compliance, trial
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.segments import cut, find_pairs
 from contactfem.surfaces import (
@@ -33,6 +33,9 @@ class ContactLaw:
         c_t: Factor on c in the trial traction [-].
         stiffness: Softer Young's modulus of the two sides [Pa].
         search_radius: How far apart the surfaces look for each other [m].
+        normal_compliance: 1/ε_N of a penalty (13) [m/Pa], (n_nonmortar,); zero for exact contact.
+        tangential_compliance: 1/c_T of regularised friction [m/Pa], likewise.
+        augmented: Whether estimates of pressure and traction take the compliance's place.
     """
 
     friction_coefficient: float
@@ -41,14 +44,26 @@ class ContactLaw:
     c_t: float
     stiffness: float
     search_radius: float
+    normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
+    tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
+    augmented: bool = False
 
 
 @dataclass(frozen=True)
 class History:
-    """Operators at the start of the step, D⁰ (n,) [m] and M⁰ (n, n_nodes) [m]."""
+    """What a step starts from.
+
+    Attributes:
+        D: D⁰_jj at its start [m], (n,).
+        M: M⁰_jl at its start [m], (n, n_nodes).
+        pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
+        traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n,).
+    """
 
     D: Floats
     M: sp.csr_matrix
+    pressure: Floats | None = None
+    traction: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -92,6 +107,7 @@ class Conditions:
         pressure: p_j [Pa], (n,).
         traction: t_j [Pa], (n,).
         slip: Slip increment of the step [m], (n,).
+        plastic_slip: The part of it that dissipates [m], (n,).
         status: `Status` of each node, (n,).
         direction: Slip direction (-1, 0, 1), (n,).
         rim: Neighbour that the rim rule ties to, itself where it does not act, (n,).
@@ -107,6 +123,7 @@ class Conditions:
     pressure: Floats
     traction: Floats
     slip: Floats
+    plastic_slip: Floats
     status: NDArray[np.int8]
     direction: Floats
     rim: Ints
@@ -172,20 +189,23 @@ class Contact:
         Returns:
             The conditions.
         """
-        law, n = self.law, operators.normals.n
-        p = np.einsum("ji,ji->j", multiplier, n)
-        t = np.einsum("ji,ji->j", multiplier, operators.normals.tangent)
+        law = self.law
+        p, t = _components(multiplier, operators.normals)
         rim, kappa, slope = self._rim(operators)
-        gap = np.where(np.isfinite(operators.gap), operators.gap, 0.0)
-        slip, seen = self._slip(operators, history)
-        c_n, c_t = law.c_n * law.c, law.c_t * law.c
-        p_trial = trial_pressure(p, p[rim], gap, c_n, kappa)
-        p_trial[~np.isfinite(operators.gap)] = 0.0
-        trial = coulomb(p_trial, t, t[rim], slip, c_t, kappa, law.friction_coefficient)
-        status = np.where(self.mesh.carries, trial.status, Status.NONE).astype(np.int8)
+        seen = np.isfinite(operators.gap)
+        gap = np.where(seen, operators.gap, 0.0)
+        slip, moved = self._slip(operators, history)
+        estimate = self._estimates(history)
+        normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
+        tangential = Tie(law.tangential_compliance, estimate[1]), Tie(kappa, t[rim])
+        p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
+        t_trial = trial(t, slip, law.c_t * law.c, tangential)
+        found = coulomb(p_trial, t_trial, law.friction_coefficient)
+        status = np.where(self.mesh.carries, found.status, Status.NONE).astype(np.int8)
         return self._rows(
-            operators, history, multiplier, slip, seen, status, trial.direction, (rim, kappa, slope)
-        )
+            operators, history, multiplier, slip, moved, status, found.direction,
+            (rim, kappa, slope),
+        )  # fmt: skip
 
     def imposed(
         self, operators: Operators, multiplier: Floats, history: History, start: Trial
@@ -228,16 +248,46 @@ class Contact:
         direction = np.where(new, direction[rim], direction)
         active = status > Status.OPEN
         multiplier = np.where(active[:, None], multiplier, 0.0)
-        p = np.einsum("ji,ji->j", multiplier, operators.normals.n)
-        t = np.einsum("ji,ji->j", multiplier, operators.normals.tangent)
+        p, t = _components(multiplier, operators.normals)
         gap = np.where(active, operators.gap, 0.0)
-        stick_row = slip - kappa * (t - t[rim])
+        estimate = self._estimates(history)
+        elastic = self.law.tangential_compliance * (t - estimate[1])
+        normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
+        stick_row = slip - kappa * (t - t[rim]) - elastic
         slip_row = t - self.law.friction_coefficient * direction * p
+        tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
         return Conditions(
-            operators, history, multiplier, p, t, np.where(active, slip, 0.0), status, direction,
-            rim, kappa, slope, np.where(active, gap + kappa * (p - p[rim]), 0.0),
-            np.where(active, np.where(status == Status.STICK, stick_row, slip_row), 0.0),
+            operators, history, multiplier, p, t, np.where(active, slip, 0.0),
+            np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
+            np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0),
         )  # fmt: skip
+
+    def augmented(self, c: Conditions, tolerance: Floats) -> History | None:
+        """Next estimates of an augmented Lagrangian.
+
+        Args:
+            c: Conditions of the equilibrium with the present estimates.
+            tolerance: Gap in contact and slip of sticking nodes that may stay [m], (n,).
+
+        Returns:
+            History with the estimates; None where they are good enough or the law has none.
+        """
+        if not self.law.augmented:
+            return None
+        gap = np.where(c.active, np.abs(c.operators.gap), 0.0)
+        slip = np.where(c.status == Status.STICK, np.abs(c.slip), 0.0)
+        if not ((gap > tolerance) | (slip > tolerance)).any():
+            return None
+        return replace(c.history, pressure=c.pressure, traction=c.traction)
+
+    def _estimates(self, history: History) -> tuple[Floats, Floats]:
+        """Values that compliances tie to: p̂, zero unless augmented, and t̂ [Pa]."""
+        zero = np.zeros(self.mesh.n_nonmortar)
+        pressure = history.pressure if self.law.augmented else None
+        return (
+            zero if pressure is None else pressure,
+            zero if history.traction is None else history.traction,
+        )
 
     def _rim(self, operators: Operators) -> tuple[Ints, Floats, Floats]:
         """Rim rule: the better covered neighbour of every node, κ and dκ/df."""
@@ -256,6 +306,14 @@ class Contact:
         along = np.einsum("ji,ji->j", operators.normals.tangent, w)
         seen = history.D > 0.0
         return np.divide(along, history.D, out=np.zeros(len(along)), where=seen), seen
+
+
+def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Floats]:
+    """Pressure λ·n and traction λ·τ [Pa]."""
+    return (
+        np.einsum("ji,ji->j", multiplier, normals.n),
+        np.einsum("ji,ji->j", multiplier, normals.tangent),
+    )
 
 
 def relative_motion(operators: Operators, history: History) -> Floats:

@@ -21,12 +21,14 @@ from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Material, Plane
+from contactfem.scene import Interface as InterfaceModel
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
 from contactfem.system import Grip, Prescribed, System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
+PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
 
@@ -195,15 +197,42 @@ def _interface(
     h_mortar = float(_lengths(nodes.X, nodes.mesh.mortar).mean())
     extent = float(np.hypot(*np.ptp(nonmortar.surface.X, axis=0)))
     friction = interface.friction
+    c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
+    normal, tangential = compliances(interface, c)
     law = ContactLaw(
         friction_coefficient=friction.coefficient if friction else 0.0,
-        c=contact_scale(h, E_nonmortar, h_mortar, E_mortar),
+        c=c,
         c_n=interface.normal.c_factor,
         c_t=friction.c_factor if friction else 1.0,
         stiffness=min(E_nonmortar, E_mortar),
         search_radius=interface.search_radius or max(SEARCH_SHARE * extent, 2 * lengths.max()),
+        normal_compliance=normal,
+        tangential_compliance=tangential,
+        augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
+
+
+def compliances(interface: InterfaceModel, c: Floats) -> tuple[Floats, Floats]:
+    """Compliances 1/ε_N and 1/c_T of an interface, zero where its law is exact.
+
+    Args:
+        interface: The interface of the case.
+        c: Stiffness of the facets that touch [Pa/m], (n_nonmortar,).
+
+    Returns:
+        Normal and tangential compliance [m/Pa], (n_nonmortar,) each.
+    """
+    normal, friction = interface.normal, interface.friction
+    if normal.law == "multiplier":
+        return np.zeros_like(c), np.zeros_like(c)
+    epsilon = PENALTY * normal.penalty_factor * c
+    if normal.penalty is not None:
+        epsilon = np.full_like(c, normal.penalty)
+    c_T = epsilon * (friction.penalty_factor if friction else 1.0)
+    if friction and friction.penalty is not None:
+        c_T = np.full_like(c, friction.penalty)
+    return 1.0 / epsilon, 1.0 / c_T
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:

@@ -3,6 +3,7 @@
 They know nothing of segments or meshes; every argument is an array over nodes.
 """
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -67,46 +68,49 @@ def rim_compliance(cover: Floats, c: Floats) -> tuple[Floats, Floats]:
     return a * (0.5 / f - 1.0), np.where(rim, -0.5 * a / f**2, 0.0)
 
 
-def trial_pressure(p: Floats, p_rim: Floats, gap: Floats, c: Floats, kappa: Floats) -> Floats:
-    """Trial pressure p* = (p + cκ p_k - c g) / (1 + cκ); without rim p* = p - c g.
+class Tie(NamedTuple):
+    """Compliance that ties a multiplier to a value: 1/ε to an estimate, κ to a neighbour's."""
 
-    Its sign tells whether a node is in contact; as the cover vanishes it becomes the pressure that
-    the neighbour k imposes, so round-off in p does not decide.
+    compliance: Floats
+    value: Floats
+
+
+def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Tie]) -> Floats:
+    """Trial multiplier λ* = (λ + Σ c a v + c m) / (1 + Σ c a); p* = p - c g without ties.
+
+    The condition of a multiplier is m = Σ a (λ - v), m = -g for pressure and s for traction.
+    λ* tells its status whatever the size of a: with a vanishing cover (κ without bound) it becomes
+    the neighbour's value, so round-off in λ does not decide, and a penalty (a = 1/ε_N) needs no
+    other iteration than exact contact (a = 0).
 
     Args:
-        p: Pressure [Pa].
-        p_rim: Pressure p_k of the neighbour that the rim rule ties to [Pa].
-        gap: Mean gap g_j / D_jj [m].
+        multiplier: λ, pressure or traction [Pa].
+        motion: m, -g_j / D_jj or slip [m].
         c: Scale [Pa/m].
-        kappa: Rim compliance [m/Pa].
+        ties: Compliances a [m/Pa] and values v [Pa].
 
     Returns:
-        p* [Pa].
+        λ* [Pa].
     """
-    return (p + c * kappa * p_rim - c * gap) / (1.0 + c * kappa)
+    weight, value = np.ones_like(c), multiplier + c * motion
+    for tie in ties:
+        weight = weight + c * tie.compliance
+        value = value + c * tie.compliance * tie.value
+    return np.asarray(value / weight)
 
 
-def coulomb(
-    p_trial: Floats, t: Floats, t_rim: Floats, slip: Floats, c: Floats, kappa: Floats, mu: float
-) -> Trial:
-    """Trial of unilateral contact with Coulomb friction: open, slip if |t*| > μ p*, else stick.
-
-    t* = (t + cκ t_k + c s) / (1 + cκ).
+def coulomb(p_trial: Floats, t_trial: Floats, mu: float) -> Trial:
+    """Status of unilateral contact with Coulomb friction: open, slip if |t*| > μ p*, else stick.
 
     Args:
         p_trial: p* [Pa].
-        t: Traction [Pa].
-        t_rim: Traction t_k of the neighbour that the rim rule ties to [Pa].
-        slip: Slip increment s of the step [m].
-        c: Scale [Pa/m].
-        kappa: Rim compliance [m/Pa].
+        t_trial: t* [Pa].
         mu: Friction coefficient; 0 makes every node in contact slip without direction.
 
     Returns:
         Status and slip direction.
     """
-    t_trial = (t + c * kappa * t_rim + c * slip) / (1.0 + c * kappa)
-    slides = np.abs(t_trial) > mu * p_trial if mu > 0.0 else np.ones(len(t), bool)
+    slides = np.abs(t_trial) > mu * p_trial if mu > 0.0 else np.ones(len(t_trial), bool)
     status = np.where(p_trial <= 0.0, Status.OPEN, np.where(slides, Status.SLIP, Status.STICK))
-    direction = np.sign(t_trial) if mu > 0.0 else np.zeros(len(t))
+    direction = np.sign(t_trial) if mu > 0.0 else np.zeros(len(t_trial))
     return Trial(status.astype(np.int8), np.where(status == Status.SLIP, direction, 0.0))

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from contactfem.timers import Timers
 CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
+AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
+AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
 DIRECT_SOLVER = {
     "ksp_type": "preonly",
     "pc_type": "lu",
@@ -111,12 +113,45 @@ class NewtonSolver:
     def solve(self, step: StepInput) -> SolveReport:
         """Solve a step from the present unknowns and displacements; collective.
 
+        Augmented interfaces are solved again with better estimates until these stand.
+
         Args:
             step: What it starts from.
 
         Returns:
             How it ended; `conditions` and the bodies' displacements are those of the end.
         """
+        report = self._solve_once(step)
+        for _ in range(AUGMENTATIONS):
+            better = self._augmented(step) if report.converged else None
+            if better is None:
+                return report
+            step = better
+            again = self._solve_once(step)
+            report = replace(
+                again,
+                iterations=report.iterations + again.iterations,
+                residuals=report.residuals + again.residuals,
+            )
+        return replace(
+            report, converged=False, reason=f"no end to the augmentation in {AUGMENTATIONS} passes"
+        )
+
+    def _augmented(self, step: StepInput) -> StepInput | None:
+        """The same step with better estimates of augmented laws; None if they stand."""
+        histories, improved = list(step.histories), False
+        for k, (interface, c) in enumerate(
+            zip(self.condensed.interfaces, self.conditions, strict=True)
+        ):
+            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.full)
+            histories[k] = better or histories[k]
+            improved |= better is not None
+        starts = tuple(Trial(c.status, c.direction) for c in self.conditions)
+        new = replace(step, histories=tuple(histories), starts=starts, known=True)
+        return new if improved else None
+
+    def _solve_once(self, step: StepInput) -> SolveReport:
+        """One run of Newton's method."""
         self._step, self._reason = step, ""
         self._seen: dict[bytes, int] = {}
         self._residuals: list[float] = []

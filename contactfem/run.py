@@ -163,7 +163,9 @@ class _Loop:
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions
-        dissipation = float(sum(np.sum(c.history.D * c.traction * c.slip) for c in conditions))
+        dissipation = float(
+            sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
+        )
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
         self.reactions = self.solver.reactions()
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])

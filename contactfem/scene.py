@@ -22,6 +22,7 @@ from contactfem.units import (
     Conductivity,
     Density,
     Expansion,
+    ForcePerVolume,
     HeatCapacity,
     Length,
     Number,
@@ -145,18 +146,35 @@ Obstacle = Annotated[Plane | Circle, Field(discriminator="shape")]
 
 
 class NormalLaw(Model):
-    """Impenetrability by multipliers; `c_factor` scales the constant of the active set."""
+    """Impenetrability: exact by multipliers, by a penalty (13), or by an augmented Lagrangian.
 
-    law: Literal["multiplier"] = "multiplier"
+    `c_factor` scales the constant of the active set; `penalty` is ε_N, by default `penalty_factor`
+    times ten times the stiffness of the facets that touch, 1 / (h_nm/E_nm + h_m/E_m).
+    """
+
+    law: Literal["multiplier", "penalty", "augmented"] = "multiplier"
     c_factor: Positive = 1.0
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
+    penalty_factor: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.law == "multiplier" and (self.penalty is not None or self.penalty_factor != 1.0):
+            raise ValueError("a penalty goes with law = 'penalty' or 'augmented'")
+        return self
 
 
 class Friction(Model):
-    """Coulomb's law, exact."""
+    """Coulomb's law, exact; with a penalty for normal contact regularised by c_T = `penalty`.
+
+    Without `penalty` c_T is `penalty_factor` times ε_N.
+    """
 
     law: Literal["coulomb"] = "coulomb"
     coefficient: NonNegative
     c_factor: Positive = 1.0
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
+    penalty_factor: Positive = 1.0
 
 
 class Interface(Model):

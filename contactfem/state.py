@@ -48,7 +48,9 @@ class State:
         self.t = t
         self.x = discretisation.system.x.array.copy()
         self.u = [body.u.x.array.copy() for body in discretisation.system.bodies]
-        self.histories = tuple(History(c.operators.D, c.operators.M) for c in conditions)
+        self.histories = tuple(
+            History(c.operators.D, c.operators.M, c.pressure, c.traction) for c in conditions
+        )
         for slip, c in zip(self.slip, conditions, strict=True):
             slip += c.slip
         self.conditions = tuple(conditions)

@@ -69,11 +69,12 @@ def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
     j = np.flatnonzero(c.active)
     stick, slip = (np.flatnonzero(c.status == s) for s in (Status.STICK, Status.SLIP))
     mu = contact.law.friction_coefficient
+    a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first = 2 * n_nodes
     triplets = [
-        _row(first + 2 * j, j, c.kappa[j, None] * normal[j]),
+        _row(first + 2 * j, j, (c.kappa + a_n)[j, None] * normal[j]),
         _row(first + 2 * j, c.rim[j], -c.kappa[j, None] * normal[c.rim[j]]),
-        _row(first + 2 * stick + 1, stick, -c.kappa[stick, None] * tangent[stick]),
+        _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * tangent[stick]),
         _row(first + 2 * stick + 1, c.rim[stick], c.kappa[stick, None] * tangent[c.rim[stick]]),
         _row(first + 2 * slip + 1, slip,
              tangent[slip] - mu * c.direction[slip, None] * normal[slip]),
@@ -121,6 +122,7 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
     """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
     op, mu = c.operators, contact.law.friction_coefficient
+    a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first, rim = 2 * n_nodes, c.rim
     j = np.flatnonzero(mine)
     stick = np.flatnonzero(mine & (c.status == Status.STICK))
@@ -129,9 +131,9 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
     shape = (first + 2 * n, 2 * n)
     through_normals = _matrix(
         [
-            _row(first + 2 * j, j, c.kappa[j, None] * c.multiplier[j]),
+            _row(first + 2 * j, j, (c.kappa + a_n)[j, None] * c.multiplier[j]),
             _row(first + 2 * j, rim[j], -c.kappa[j, None] * c.multiplier[rim[j]]),
-            _row(first + 2 * stick + 1, stick, -c.kappa[stick, None] * turned[stick]),
+            _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
             _row(first + 2 * stick + 1, rim[stick], c.kappa[stick, None] * turned[rim[stick]]),
             _row(first + 2 * slip + 1, slip,
                  turned[slip] - mu * c.direction[slip, None] * c.multiplier[slip]),

@@ -9,10 +9,11 @@ from contactfem.laws import (
     RIM,
     RIM_COMPLIANCE,
     Status,
+    Tie,
     contact_scale,
     coulomb,
     rim_compliance,
-    trial_pressure,
+    trial,
 )
 
 SCALE = st.floats(1e-3, 1e3)
@@ -24,7 +25,8 @@ def one(value):
 
 
 def judge(p_trial, t, slip, mu=0.5, c=2.0, t_rim=0.0, kappa=0.0):
-    found = coulomb(*(one(v) for v in (p_trial, t, t_rim, slip, c, kappa)), mu)
+    t_trial = trial(one(t), one(slip), one(c), [Tie(one(kappa), one(t_rim))])
+    found = coulomb(one(p_trial), t_trial, mu)
     return Status(found.status[0]), found.direction[0]
 
 
@@ -68,19 +70,32 @@ def test_without_friction_contact_slips_without_direction(t):
 @given(p=SIGNED, p_rim=SIGNED, gap=SIGNED, c=SCALE)
 def test_trial_pressure_limits(p, p_rim, gap, c):
     """No rim rule: p - c g. A vanishing cover: the neighbour's pressure, with the gap over κ."""
-    args = [one(v) for v in (p, p_rim, gap, c)]
-    assert trial_pressure(*args, one(0.0))[0] == p - c * gap
+    args = [one(v) for v in (p, -gap, c)]
+    assert trial(*args, [])[0] == trial(*args, [Tie(one(0.0), one(p_rim))])[0] == p - c * gap
     large = 1e12
     size = abs(p) + abs(p_rim) + c * abs(gap) + 1.0
-    assert trial_pressure(*args, one(large / c))[0] == pytest.approx(p_rim, abs=1e-11 * size)
+    found = trial(*args, [Tie(one(large / c), one(p_rim))])[0]
+    assert found == pytest.approx(p_rim, abs=1e-11 * size)
 
 
 @given(p=SIGNED, p_rim=SIGNED, c=SCALE, kappa=SCALE)
 def test_trial_pressure_where_the_condition_holds(p, p_rim, c, kappa):
     """At g + κ (p - p_k) = 0 the trial pressure is the pressure: the status is consistent."""
     gap = -kappa * (p - p_rim)
-    found = trial_pressure(*(one(v) for v in (p, p_rim, gap, c, kappa)))[0]
+    found = trial(one(p), one(-gap), one(c), [Tie(one(kappa), one(p_rim))])[0]
     assert found == pytest.approx(p, rel=1e-9, abs=1e-9 * (1 + abs(p_rim)) * (1 + c * kappa))
+
+
+@given(SIGNED, st.floats(-10, 10), SCALE, st.floats(1e-3, 1e6))
+def test_penalty_tells_the_same_status_as_its_law(p, gap, c, epsilon):
+    """With a = 1/ε the pressure that makes the trial one the same is <-ε g>, at any c."""
+    law = max(-epsilon * gap, 0.0)
+    tie = [Tie(one(1 / epsilon), one(0.0))]
+    found = trial(one(law), one(-gap), one(c), tie)[0]
+    if gap < 0:
+        assert found == pytest.approx(law, rel=1e-9)
+    else:
+        assert found <= 0
 
 
 @given(t=st.floats(-0.9, 0.9), t_rim=SIGNED, c=SCALE, kappa=SCALE, sign=st.sampled_from([-1, 1]))
@@ -97,19 +112,17 @@ def test_rim_rule_of_the_traction(t, t_rim, c, kappa, sign):
 def test_every_node_has_one_status(p_trial, t, slip, mu, c):
     """Direction is non-zero only in slip with friction, and then has the trial traction's sign."""
     status, direction = judge(p_trial, t, slip, mu, c)
-    trial = t + c * slip
+    t_trial = t + c * slip
     assert (status == Status.OPEN) == (p_trial <= 0)
     if status == Status.SLIP and mu > 0:
-        assert direction == np.sign(trial)
+        assert direction == np.sign(t_trial)
     else:
         assert direction == 0
 
 
 def test_nodes_do_not_mix():
     """Arrays are judged entry by entry."""
-    p, t = np.array([1.0, -1, 1, 1]), np.array([0.0, 0, 2, -2])
-    zero, c = np.zeros(4), np.ones(4)
-    found = coulomb(p, t, zero, zero, c, zero, 0.5)
+    found = coulomb(np.array([1.0, -1, 1, 1]), np.array([0.0, 0, 2, -2]), 0.5)
     np.testing.assert_array_equal(found.status, [1, 0, 2, 2])
     np.testing.assert_array_equal(found.direction, [0, 0, 1, -1])
     assert found.status.dtype == np.int8

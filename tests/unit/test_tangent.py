@@ -18,6 +18,7 @@ CASES = {
     "held": {"nonmortar": 9, "mortar": 6, "span": (-0.05, 0.78), "held": HELD},
     "finer mortar": {"nonmortar": 9, "mortar": 31, "span": (0.15, 0.94)},
     "one facet": {"nonmortar": 9, "mortar": 1, "span": (0.15, 0.94)},
+    "penalty": {"nonmortar": 8, "mortar": 9, "span": (0.15, 0.94)},
 }
 SMALL = 1e-6  # the differences are exact to 1e-8
 
@@ -30,7 +31,9 @@ class Scene:
         mesh, start = chains(seed=seed, noise=0.0, wave=0.08, **CASES[name])
         n = mesh.n_nonmortar
         c = 5.0 * rng.uniform(0.5, 2.0, n)
-        self.contact = Contact(comm, mesh, ContactLaw(MU, c, 1.0, 0.7, 1.0, 0.3))
+        soft = 0.3 / c if name == "penalty" else np.zeros(1)
+        law = ContactLaw(MU, c, 1.0, 0.7, 1.0, 0.3, soft, 2.0 * soft)
+        self.contact = Contact(comm, mesh, law)
         operators = self.contact.operators(start)
         self.history = History(operators.D, operators.M)
         self.x = start + 0.004 * rng.normal(size=start.shape)
