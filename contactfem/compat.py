@@ -71,4 +71,5 @@ def cell_values(mesh: Mesh, expression: ufl.core.expr.Expr) -> npt.NDArray[np.fl
     cells = mesh.topology.index_map(tdim)
     n = cells.size_local + cells.num_ghosts
     values = compiled.eval(mesh, np.arange(n, dtype=np.int32))
-    return np.asarray(values).reshape(n, -1)
+    # also on a rank without cells
+    return np.asarray(values).reshape(n, int(np.prod(expression.ufl_shape)))

@@ -186,7 +186,8 @@ class BodyProblem:
         bs = self.V.dofmap.index_map_bs
         owned = self.mesh.mesh.topology.index_map(self.mesh.mesh.topology.dim).size_local
         blocks = self.V.dofmap.list[:owned].astype(np.int64)
-        return np.asarray((bs * blocks[:, :, None] + np.arange(bs)).reshape(owned, -1))
+        dofs = bs * blocks[:, :, None] + np.arange(bs)
+        return np.asarray(dofs.reshape(owned, bs * blocks.shape[1]))  # a rank may own no cell
 
     def cell_stress(self) -> Floats:
         """Cauchy stress at the cells' midpoints, owned and ghost: xx, yy, zz, xy, yz, xz [Pa]."""
