@@ -9,13 +9,15 @@ from contactfem.meshes.box import Box
 from contactfem.meshes.builder import Builder
 from contactfem.meshes.cylinder import Cylinder
 from contactfem.meshes.data import MeshData, Surface
+from contactfem.meshes.die import Die
+from contactfem.meshes.disk import Disk, Ring
 from contactfem.meshes.file import MeshFile
 from contactfem.meshes.graded_block import GradedBlock
 from contactfem.meshes.wave import Wave
 
 __all__ = ["BUILDERS", "Builder", "MeshData", "MeshFile", "MeshSpec", "Surface"]
 
-BUILDERS = ("block", "box", "cylinder", "graded_block", "wave")
+BUILDERS = ("block", "box", "cylinder", "die", "disk", "graded_block", "ring", "wave")
 
 
 def _kind(mesh: Any) -> str | None:
@@ -29,7 +31,10 @@ MeshSpec = Annotated[
     Annotated[Block, Tag("block")]
     | Annotated[Box, Tag("box")]
     | Annotated[Cylinder, Tag("cylinder")]
+    | Annotated[Die, Tag("die")]
+    | Annotated[Disk, Tag("disk")]
     | Annotated[GradedBlock, Tag("graded_block")]
+    | Annotated[Ring, Tag("ring")]
     | Annotated[Wave, Tag("wave")]
     | Annotated[MeshFile, Tag("file")],
     Discriminator(

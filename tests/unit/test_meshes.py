@@ -21,6 +21,8 @@ DISK = {"builder": "cylinder", "radius": "8 mm", "zone": "0.9 mm", "size": "50 u
 FINE = {"builder": "graded_block", "width": "100 mm", "height": "200 mm", "zone": ["0 mm", "9 mm"]}
 FINE |= {"size": "0.5 mm", "growth": 0.2}
 BOX = {"builder": "box", "width": "2 m", "height": "1 m", "depth": "3 m", "nx": 3, "ny": 2, "nz": 4}
+DIE = {"builder": "die", "width": "1.2 m", "straight": "0.9 m", "radius": "0.75 m", "n_side": 7}
+DIE |= {"point": ["1 m", "2 m"], "n_arc": 96}
 FLAT: dict[str, dict[str, Any]] = {
     "block": BLOCK,
     "graded": BLOCK | {"grading": [3, 0.5], "corner": ["-1 m", "2 m"]},
@@ -39,13 +41,20 @@ FLAT: dict[str, dict[str, Any]] = {
     "fine corner": FINE | {"corner": ["0 mm", "-200 mm"]},
     "fine below": FINE | {"zone": ["20 mm", "40 mm"], "side": "bottom"},
     "fine side": FINE | {"zone": ["0 mm", "100 mm"], "size": "2 mm"},
+    "die": DIE,
+}
+ROUND: dict[str, dict[str, Any]] = {
+    "disk": {"builder": "disk", "radius": "2 m", "center": ["1 m", "2 m"], "facets": 40}
+    | {"layers": 4},
+    "ring": {"builder": "ring", "inner_radius": "2 m", "outer_radius": "3 m", "facets": 36}
+    | {"layers": 4, "center": ["1 m", "2 m"]},
 }
 SOLID: dict[str, dict[str, Any]] = {
     "hexahedra": BOX,
     "tetrahedra": BOX | {"cell": "tetrahedron", "corner": ["1 m", "2 m", "3 m"]},
     "turned": BOX | {"cell": "tetrahedron", "rotate": 1},
 }
-ALL = FLAT | SOLID
+ALL = FLAT | ROUND | SOLID
 
 
 def spec(**table: Any) -> Builder:
@@ -102,9 +111,10 @@ def test_area_by_cells_and_by_boundary(name: str, built: Callable[[str], MeshDat
     around = boundary_facets(data.cells, data.cell_type)
     assert area == pytest.approx(sum(enclosed(data.points[f]) for f in around), rel=1e-12)
     exact = {"block": 2.0, "wave": 2.0 - 0.02, "cylinder": PI * 32e-6, "graded_block": 0.02}
+    exact["die"] = 1.2 * 0.9 + 0.75**2 * np.arcsin(0.8) - 0.6 * 0.45
     expected = exact[ALL[name]["builder"]]
     expected *= 0.5 if "quarter" in name or name == "wave above" else 1.0
-    assert area == pytest.approx(expected, rel=4e-3 if "disk" in name else 1e-12)
+    assert area == pytest.approx(expected, rel=4e-3 if "di" in name else 1e-12)
 
 
 @pytest.mark.parametrize("name", FLAT)
@@ -118,11 +128,30 @@ def test_outline_is_the_boundary(name: str, built: Callable[[str], MeshData]) ->
         chain = np.arange(len(walk.vertices))
         assert np.array_equal(walk.facets, np.stack([chain[:-1], chain[1:]], axis=1))
         np.testing.assert_allclose(line[[0, -1]], walk.X[[0, -1]], atol=1e-14 * size)
-        error = 2e-3 * size**2 if group in ("arc", "contact") else 1e-14 * size**2
+        error = 2e-3 * size**2 if group in ("arc", "contact", "sole") else 1e-14 * size**2
         assert enclosed(line) == pytest.approx(enclosed(walk.X), abs=error)
     low, high = spec(**ALL[name]).extent()
     np.testing.assert_allclose(data.points.min(axis=0), low, atol=1e-4 * size)
     np.testing.assert_allclose(data.points.max(axis=0), high, atol=1e-4 * size)
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_round_bodies_are_as_large_as_their_circles(
+    name: str, built: Callable[[str], MeshData]
+) -> None:
+    """Polygons that touch have the area of the circle; the outline is the mesh's boundary."""
+    data, outline = built(name), spec(**ALL[name]).outline()
+    area = jacobians(data.points, data.cells, data.cell_type).mean(axis=1).sum()
+    corners = 9 * 18 * np.sin(PI / 18)  # of the ring's outer polygon, on the circle
+    assert area == pytest.approx(4 * PI if name == "disk" else corners - 4 * PI, rel=1e-12)
+    for group, line in outline.items():
+        chain = data.points[data.groups[group]]
+        assert enclosed(line) == pytest.approx(sum(enclosed(facet) for facet in chain), rel=1e-12)
+        np.testing.assert_allclose(line[0], line[-1])
+        assert {tuple(x) for x in np.round(line, 9)} == {tuple(x) for x in np.round(chain[:, 0], 9)}
+    on_axes = {"disk": [(1, 2)], "ring": [(4, 2), (1, 5), (-2, 2), (1, -1)]}[name]
+    for x in on_axes:
+        assert np.hypot(*(data.points - x).T).min() < 1e-14
 
 
 @pytest.mark.parametrize("name", SOLID)
@@ -232,6 +261,9 @@ def test_gmsh_leaves_the_signal_handler_alone() -> None:
         (BLOCK | {"nx": 5, "split": ["0.8 m", "0.4 m"]}, "split: positions are out of order"),
         (DISK | {"zone": "8 mm"}, "zone: must be smaller"),
         (DISK | {"size": "1 mm"}, "size: must not be larger"),
+        (DIE | {"width": "1.6 m"}, "width: must be smaller than the diameter"),
+        (ROUND["disk"] | {"facets": 12}, "multiple of 8"),
+        (ROUND["ring"] | {"outer_radius": "2 m"}, "outer_radius: must be larger"),
         (FINE | {"zone": ["9 mm", "101 mm"]}, "zone: must be a part"),
     ],
 )
