@@ -113,7 +113,7 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     count = len(case.interfaces)
     yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
     friction = [
-        f"Coulomb {sides.friction.coefficient:g} ({name})"
+        f"{sides.friction.words()} ({name})"
         for name, sides in case.interfaces.items()
         if sides.friction is not None
     ]

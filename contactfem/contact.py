@@ -8,7 +8,18 @@ from numpy.typing import NDArray
 
 from mpi4py import MPI
 
-from contactfem.laws import Status, Tie, Trial, coulomb, rim_compliance, trial
+from contactfem.laws import (
+    FrictionLaw,
+    Limit,
+    SlipState,
+    Status,
+    Tie,
+    Trial,
+    frictionless,
+    rim_compliance,
+    stick_or_slip,
+    trial,
+)
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.segments import cut, find_pairs
 from contactfem.surfaces import (
@@ -27,7 +38,7 @@ class ContactLaw:
     """Numbers of the laws of one interface.
 
     Attributes:
-        friction_coefficient: μ [-], 0 without friction.
+        friction: Largest traction as a function of the slip state; `frictionless` for none.
         c: Scale between gap and pressure [Pa/m], shape (n_nonmortar,).
         c_n: Factor on c in the trial pressure [-].
         c_t: Factor on c in the trial traction [-].
@@ -38,7 +49,7 @@ class ContactLaw:
         augmented: Whether estimates of pressure and traction take the compliance's place.
     """
 
-    friction_coefficient: float
+    friction: FrictionLaw
     c: Floats
     c_n: float
     c_t: float
@@ -47,6 +58,11 @@ class ContactLaw:
     normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     augmented: bool = False
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is friction."""
+        return self.friction is not frictionless
 
 
 @dataclass(frozen=True)
@@ -58,12 +74,16 @@ class History:
         M: M⁰_jl at its start [m], (n, n_nodes).
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
         traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n,).
+        dt: Length of the step, for the slip speed [s].
+        temperature: Of the nonmortar side, for friction that depends on it [K].
     """
 
     D: Floats
     M: sp.csr_matrix
     pressure: Floats | None = None
     traction: Floats | None = None
+    dt: float = 1.0
+    temperature: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -115,6 +135,7 @@ class Conditions:
         kappa_slope: dκ/df [m/Pa], (n,).
         normal_row: Residual of the normal condition [m], (n,).
         tangential_row: Residual of the tangential condition: stick [m], slip [Pa], (n,).
+        limit: Largest traction and its derivatives, (n,) each.
     """
 
     operators: Operators
@@ -131,6 +152,7 @@ class Conditions:
     kappa_slope: Floats
     normal_row: Floats
     tangential_row: Floats
+    limit: Limit
 
     @property
     def active(self) -> Bools:
@@ -200,7 +222,8 @@ class Contact:
         tangential = Tie(law.tangential_compliance, estimate[1]), Tie(kappa, t[rim])
         p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
         t_trial = trial(t, slip, law.c_t * law.c, tangential)
-        found = coulomb(p_trial, t_trial, law.friction_coefficient)
+        limit = law.friction(self._slip_state(p_trial, slip, history)).value
+        found = stick_or_slip(p_trial, t_trial, limit, law.rubs)
         status = np.where(self.mesh.carries, found.status, Status.NONE).astype(np.int8)
         return self._rows(
             operators, history, multiplier, slip, moved, status, found.direction,
@@ -254,13 +277,19 @@ class Contact:
         elastic = self.law.tangential_compliance * (t - estimate[1])
         normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
         stick_row = slip - kappa * (t - t[rim]) - elastic
-        slip_row = t - self.law.friction_coefficient * direction * p
+        limit = self.law.friction(self._slip_state(p, np.where(seen, slip, 0.0), history))
+        slip_row = t - direction * limit.value
         tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
         return Conditions(
             operators, history, multiplier, p, t, np.where(active, slip, 0.0),
             np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
-            np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0),
+            np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
         )  # fmt: skip
+
+    def _slip_state(self, p: Floats, slip: Floats, history: History) -> SlipState:
+        """What friction may depend on."""
+        temperature = np.full_like(p, history.temperature)
+        return SlipState(p, np.abs(slip) / history.dt, temperature)
 
     def augmented(self, c: Conditions, tolerance: Floats) -> History | None:
         """Next estimates of an augmented Lagrangian.

@@ -29,13 +29,13 @@ def explain(
     for k, interface in enumerate(interfaces):
         if interface.name not in held_by_contact:
             continue
-        mu = interface.contact.law.friction_coefficient
+        law = interface.contact.law
         course = [conditions[k] for conditions in iterations]
-        if mu > 0.0 and any(_only_slips(c) for c in course):
+        if law.rubs and any(_only_slips(c) for c in course):
             return (
                 f"all nodes in contact at '{interface.name}' slip, and nothing but friction holds "
-                "the body there: the load may exceed what friction can carry (friction "
-                f"coefficient {mu:g}), and then there is no equilibrium"
+                "the body there: the load may exceed what friction can carry "
+                f"({law.friction}), and then there is no equilibrium"
             )
         if course and not course[-1].active.any():
             return f"contact at '{interface.name}' was lost, and nothing else holds the body there"

@@ -15,12 +15,19 @@ from contactfem.errors import CaseError
 from contactfem.forms.energies import linear_elastic, neo_hooke
 from contactfem.forms.mechanics import Energy
 from contactfem.interface import BodySide, InterfaceNodes, RigidSide, circle_side, plane_side
-from contactfem.laws import contact_scale
+from contactfem.laws import (
+    Coulomb,
+    FrictionLaw,
+    Tresca,
+    VariableCoulomb,
+    contact_scale,
+    frictionless,
+)
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
-from contactfem.scene import Condition, Material, Plane
+from contactfem.scene import Condition, Friction, Material, Plane
 from contactfem.scene import Interface as InterfaceModel
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
 from contactfem.system import Grip, Prescribed, System
@@ -200,7 +207,7 @@ def _interface(
     c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
     normal, tangential = compliances(interface, c)
     law = ContactLaw(
-        friction_coefficient=friction.coefficient if friction else 0.0,
+        friction=friction_law(friction),
         c=c,
         c_n=interface.normal.c_factor,
         c_t=friction.c_factor if friction else 1.0,
@@ -211,6 +218,18 @@ def _interface(
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
+
+
+def friction_law(friction: Friction | None) -> FrictionLaw:
+    """Friction law of an interface of the case."""
+    if friction is None or friction.coefficient == 0.0:
+        return frictionless
+    if friction.limit is not None:
+        return Tresca(friction.limit)
+    if friction.coefficient_table is not None:
+        table = friction.coefficient_table
+        return VariableCoulomb(table.variable, table.table)
+    return Coulomb(friction.coefficient or 0.0)
 
 
 def compliances(interface: InterfaceModel, c: Floats) -> tuple[Floats, Floats]:
@@ -232,7 +251,7 @@ def compliances(interface: InterfaceModel, c: Floats) -> tuple[Floats, Floats]:
     c_T = epsilon * (friction.penalty_factor if friction else 1.0)
     if friction and friction.penalty is not None:
         c_T = np.full_like(c, friction.penalty)
-    return 1.0 / epsilon, 1.0 / c_T
+    return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:

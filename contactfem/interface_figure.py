@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from contactfem.scene import Friction
+
 SURROUNDINGS = 0.35  # drawn on either side of the contact, as a share of its width
 FINE = 1200  # points on the curve of a closed form
 
@@ -46,7 +48,7 @@ class _Strip:
         x: first reference coordinate of the nodes (n,) [m].
         label: label of the coordinate.
         window: from where to where to draw [unit].
-        friction_coefficient: None without friction.
+        friction: the law; None without friction.
     """
 
     table: InterfaceTable
@@ -54,7 +56,7 @@ class _Strip:
     x: FloatArray
     label: str
     window: tuple[float, float]
-    friction_coefficient: float | None
+    friction: Friction | None
 
 
 def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
@@ -70,14 +72,13 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
         around = SURROUNDINGS * (edges[1] - edges[0])
         low, high = max(low, edges[0] - around), min(high, edges[1] + around)
     friction = result.case.interfaces[table.name].friction
-    coefficient = None if friction is None else friction.coefficient
     label = quantity_label("XY"[axis], unit.label)
-    return _Strip(table, s, table.X[:, 0], label, (low, high), coefficient)
+    return _Strip(table, s, table.X[:, 0], label, (low, high), friction)
 
 
 def _shade(axes: Axes, strip: _Strip) -> None:
     """Shade the zones of stick and slip, or of contact; what stays white is open."""
-    rubs = strip.friction_coefficient is not None
+    rubs = strip.friction is not None
     status = strip.table.status[carriers(strip.table)]
     starts = np.flatnonzero(np.diff(status, prepend=-2))
     for first, after in zip(starts, [*starts[1:], len(status)], strict=True):
@@ -94,7 +95,7 @@ def _paint_closed_form(axes: Axes, strip: _Strip, result: RunResult, factor: flo
     fine = np.unique(np.concatenate([nodes, np.linspace(0.0, nodes[-1], FINE)]))
     s, x = np.interp(fine, nodes, strip.s), np.interp(fine, nodes, strip.x)
     axes.plot(s, solution.pressure(x) / factor, color=INK, lw=1.1, zorder=4, label="closed form")
-    if strip.friction_coefficient is not None:
+    if strip.friction is not None:
         axes.plot(s, solution.traction(x) / factor, color=INK, lw=1.1, zorder=4)
 
 
@@ -113,11 +114,12 @@ def _paint_stresses(axes: Axes, strip: _Strip, result: RunResult) -> None:
     pressure, traction = table.pressure[carrier], table.traction[carrier]
     unit = scale_for(max(float(np.abs(v).max()) for v in (pressure, traction)), "Pa")
     curves = [("pressure p", pressure, BLUE, "o")]
-    if strip.friction_coefficient is not None:
+    if strip.friction is not None:
         curves.append(("traction t", traction, RED, "s"))
-        limit = strip.friction_coefficient * pressure / unit.factor
-        axes.plot(s, limit, ":", color=GREY, lw=1.0, label="limit ±μp")
-        axes.plot(s, -limit, ":", color=GREY, lw=1.0)
+        limit = strip.friction.largest_traction(pressure)
+        if limit is not None:
+            axes.plot(s, limit / unit.factor, ":", color=GREY, lw=1.0, label="limit of friction")
+            axes.plot(s, -limit / unit.factor, ":", color=GREY, lw=1.0)
     elif len(table.mortar_x):
         _paint_mortar(axes, strip, unit.factor)
     known = table.name in result.case.closed_form
@@ -147,7 +149,7 @@ def _paint_length(axes: Axes, strip: _Strip, name: str, values: FloatArray, colo
 def _paint_motion(axes: Axes, strip: _Strip) -> None:
     """Draw the gap and, to its own scale on the right, the slip."""
     _paint_length(axes, strip, "gap", strip.table.gap, GREEN)
-    if strip.friction_coefficient is not None:
+    if strip.friction is not None:
         right = axes.twinx()
         right.spines["right"].set_visible(True)
         _paint_length(right, strip, "slip", strip.table.slip, RED)
@@ -165,7 +167,7 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         The path.
     """
     strip = _strip(result, table)
-    rubs = strip.friction_coefficient is not None
+    rubs = strip.friction is not None
 
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch

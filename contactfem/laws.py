@@ -3,12 +3,15 @@
 They know nothing of segments or meshes; every argument is an array over nodes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from contactfem.tables import Table
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -99,18 +102,93 @@ def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Tie]) ->
     return np.asarray(value / weight)
 
 
-def coulomb(p_trial: Floats, t_trial: Floats, mu: float) -> Trial:
-    """Status of unilateral contact with Coulomb friction: open, slip if |t*| > μ p*, else stick.
+class SlipState(NamedTuple):
+    """What friction may depend on: pressure [Pa], slip speed >= 0 [m/s], temperature [K]."""
+
+    pressure: Floats
+    speed: Floats
+    temperature: Floats
+
+
+class Limit(NamedTuple):
+    """Largest traction b [Pa] with db/dp [-] and db/dv [Pa s/m]."""
+
+    value: Floats
+    by_pressure: Floats
+    by_speed: Floats
+
+
+FrictionLaw = Callable[[SlipState], Limit]
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Coulomb's law, b = μ p."""
+
+    coefficient: float
+
+    def __call__(self, at: SlipState) -> Limit:
+        """Limit of the traction at some nodes."""
+        p = at.pressure
+        return Limit(self.coefficient * p, np.full_like(p, self.coefficient), np.zeros_like(p))
+
+
+@dataclass(frozen=True)
+class Tresca:
+    """Tresca's law, b = k wherever there is contact [Pa]."""
+
+    shear_limit: float
+
+    def __call__(self, at: SlipState) -> Limit:
+        """Limit of the traction at some nodes."""
+        zero = np.zeros_like(at.pressure)
+        return Limit(np.where(at.pressure > 0.0, self.shear_limit, 0.0), zero, zero)
+
+
+@dataclass(frozen=True)
+class VariableCoulomb:
+    """Coulomb's law with a coefficient from a table, b = μ(y) p.
+
+    Attributes:
+        variable: y, a field of `SlipState`.
+        coefficient: μ over y [Pa, m/s or K]: linear between the points, held outside.
+    """
+
+    variable: Literal["pressure", "speed", "temperature"]
+    coefficient: Table
+
+    def __call__(self, at: SlipState) -> Limit:
+        """Limit of the traction at some nodes."""
+        y, p = getattr(at, self.variable), at.pressure
+        points, values = np.array(self.coefficient.times), np.array(self.coefficient.values)
+        mu = np.interp(y, points, values)
+        piece = np.clip(np.searchsorted(points, y, side="right") - 1, 0, len(points) - 2)
+        inside = (y >= points[0]) & (y < points[-1])
+        slope = np.where(inside, (np.diff(values) / np.diff(points))[piece], 0.0)
+        by_pressure = mu + (slope * p if self.variable == "pressure" else 0.0)
+        by_speed = slope * p if self.variable == "speed" else np.zeros_like(p)
+        return Limit(mu * p, by_pressure, by_speed)
+
+
+def frictionless(at: SlipState) -> Limit:
+    """No friction, b = 0."""
+    zero = np.zeros_like(at.pressure)
+    return Limit(zero, zero, zero)
+
+
+def stick_or_slip(p_trial: Floats, t_trial: Floats, limit: Floats, rubs: bool) -> Trial:
+    """Status of unilateral contact with friction: open, slip if |t*| > b, else stick.
 
     Args:
         p_trial: p* [Pa].
         t_trial: t* [Pa].
-        mu: Friction coefficient; 0 makes every node in contact slip without direction.
+        limit: Largest traction b at p* [Pa].
+        rubs: Whether there is friction; without every node in contact slips without direction.
 
     Returns:
         Status and slip direction.
     """
-    slides = np.abs(t_trial) > mu * p_trial if mu > 0.0 else np.ones(len(t_trial), bool)
+    slides = np.abs(t_trial) > limit if rubs else np.ones(len(t_trial), bool)
     status = np.where(p_trial <= 0.0, Status.OPEN, np.where(slides, Status.SLIP, Status.STICK))
-    direction = np.sign(t_trial) if mu > 0.0 else np.zeros(len(t_trial))
+    direction = np.sign(t_trial) if rubs else np.zeros(len(t_trial))
     return Trial(status.astype(np.int8), np.where(status == Status.SLIP, direction, 0.0))

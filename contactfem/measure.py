@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.profiles import carriers, error_l2, position_of, value_at, zone
+from contactfem.profiles import carriers, error_l2, linearised, position_of, value_at, zone
 from contactfem.references import ContactSolution, closed_form
 from contactfem.results import (
     BodyPicture,
@@ -161,7 +161,9 @@ def _at_center(
     return found
 
 
-def _of_interface(table: InterfaceTable, solution: ContactSolution | None) -> dict[str, float]:
+def _of_interface(
+    table: InterfaceTable, solution: ContactSolution | None, small_strain: bool
+) -> dict[str, float]:
     active = np.isin(table.status, ACTIVE)
     carrier = carriers(table)
     pressure, traction = table.pressure[carrier], table.traction[carrier]
@@ -183,19 +185,18 @@ def _of_interface(table: InterfaceTable, solution: ContactSolution | None) -> di
     values |= _edges(table, "contact", ACTIVE) | _edges(table, "stick", (Status.STICK,))
     values |= _at_center(table, pressure, solution)
     if solution is not None:
-        values |= _errors(table, pressure, traction, active, solution)
+        values |= _errors(linearised(table) if small_strain else table, active, solution)
     return values
 
 
 def _errors(
     table: InterfaceTable,
-    pressure: FloatArray,
-    traction: FloatArray,
     active: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
     solution: ContactSolution,
 ) -> dict[str, float]:
     """Distances from the closed form; nodal ones are relative to its largest nodal value."""
-    X = table.X
+    X, carrier = table.X, carriers(table)
+    pressure, traction = table.pressure[carrier], table.traction[carrier]
     core = CORE * solution.half_width
     values = {
         "pressure_error_l2": error_l2(X, pressure, solution.pressure, solution),
@@ -257,7 +258,7 @@ def measure(result: RunResult) -> dict[str, float]:
     for table in result.interfaces:
         entry = result.case.closed_form.get(table.name)
         solution = closed_form(entry.solution, entry.parameters) if entry else None
-        found = _of_interface(table, solution)
+        found = _of_interface(table, solution, result.case.strain == "small")
         if result.steps:
             found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
         values |= {f"{table.name}.{key}": value for key, value in found.items()}

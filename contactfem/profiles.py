@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,6 +53,44 @@ def zone(table: InterfaceTable, members: Iterable[Status]) -> tuple[float, float
     if not found.size:
         return None
     return max(found[0] - 0.5, 0.0), min(found[-1] + 0.5, len(status) - 1.0)
+
+
+def linearised(table: InterfaceTable) -> InterfaceTable:
+    """Interface with its tractions as the closed forms of the linear theory mean them.
+
+    The multiplier λ is force per current length, resolved along the current normal and tangent. The
+    closed forms know neither the stretch nor the slope of the surface: they speak of force per
+    undeformed length along their axis x, resolved across and along that axis.
+
+    Args:
+        table: the interface, a chain of nodes that walks along x.
+
+    Returns:
+        The same interface with these pressures and tractions.
+    """
+    forward = math.copysign(1.0, table.X[-1, 0] - table.X[0, 0])
+    n, edge = _normals(table.x), np.abs(np.diff(table.X[:, 0]))
+    around = np.zeros(len(table.X))
+    around[:-1] += 0.5 * edge
+    around[1:] += 0.5 * edge
+    stretch = np.divide(table.facet_length, around, out=np.ones_like(around), where=around > 0.0)
+    force_x = table.pressure * n[:, 0] + table.traction * n[:, 1]
+    force_y = table.pressure * n[:, 1] - table.traction * n[:, 0]
+    return replace(
+        table, pressure=-forward * stretch * force_y, traction=-forward * stretch * force_x
+    )
+
+
+def _normals(x: FloatArray) -> FloatArray:
+    """Mean normal (n, 2) of the facets at each node of a chain, (dy, -dx) along the walk."""
+    edges = np.diff(x, axis=0)
+    facets = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    facets /= np.linalg.norm(facets, axis=1, keepdims=True)
+    nodal = np.zeros_like(x)
+    nodal[:-1] += facets
+    nodal[1:] += facets
+    unit: FloatArray = nodal / np.linalg.norm(nodal, axis=1, keepdims=True)
+    return unit
 
 
 def value_at(values: FloatArray, position: float) -> float:

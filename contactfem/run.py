@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -141,7 +141,16 @@ class _Loop:
     def _attempt(self, t: float) -> SolveReport:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
-        return self.solver.solve(StepInput(t, self.ramp_end, self.state.histories, starts, known))
+        histories = tuple(
+            replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
+            for k, history in enumerate(self.state.histories)
+        )
+        return self.solver.solve(StepInput(t, self.ramp_end, histories, starts, known))
+
+    def _temperature(self, k: int, t: float) -> float:
+        """Relative temperature of the nonmortar body of an interface at a time [K]."""
+        sides = self.case.interfaces[self.discretisation.interfaces[k].name]
+        return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
     def _start(self, k: int) -> Trial | None:
         """Status that the first iteration of a step takes for an interface.

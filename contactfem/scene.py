@@ -1,9 +1,13 @@
 """What stands in a scene: materials, bodies, obstacles, interfaces, conditions and probes."""
 
-from typing import Annotated, Literal, Self
+import itertools
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, WithJsonSchema, field_validator, model_validator
 
+from contactfem.dimensions import UnitError
 from contactfem.meshes import MeshSpec
 from contactfem.model import (
     BodyForce,
@@ -30,8 +34,10 @@ from contactfem.units import (
     PressureTable,
     Temperature,
     TemperatureTable,
+    si,
 )
 
+Floats = NDArray[np.float64]
 Modulus = Annotated[Pressure, Field(gt=0)]
 Poisson = Annotated[float, Field(strict=True, gt=-1, lt=0.5, allow_inf_nan=False)]
 Position = Annotated[tuple[Length, ...], Field(min_length=2, max_length=3)]
@@ -145,6 +151,47 @@ class Circle(RigidObstacle):
 Obstacle = Annotated[Plane | Circle, Field(discriminator="shape")]
 
 
+class CoefficientTable(Model):
+    """Friction coefficient over one variable, ascending [Pa, m/s or K]."""
+
+    variable: Literal["pressure", "speed", "temperature"]
+    table: Table
+
+
+VARIABLES: dict[str, Literal["pressure", "speed", "temperature"]] = {
+    "Pa": "pressure", "m/s": "speed", "K": "temperature",
+}  # fmt: skip
+
+
+ROWS: dict[str, Any] = {
+    "type": "array",
+    "minItems": 2,
+    "examples": [[["0 MPa", 0.5], ["9 MPa", 0.3]]],
+}
+
+
+def coefficient_table(rows: object) -> CoefficientTable:
+    """Read [["0 MPa", 0.5], ["9 MPa", 0.3]].
+
+    Raises:
+        ValueError: not such a table.
+    """
+    pairs = [row for row in rows if isinstance(row, list)] if isinstance(rows, list) else []
+    for symbol, variable in VARIABLES.items():
+        try:
+            places = tuple(si(str(row[0]), symbol) for row in pairs)
+            values = tuple(float(row[1]) for row in pairs)
+        except (UnitError, TypeError, ValueError, IndexError):
+            continue
+        ascending = all(a < b for a, b in itertools.pairwise(places))
+        if len(pairs) > 1 and ascending and all(0 <= v < float("inf") for v in values):
+            return CoefficientTable(variable=variable, table=Table(places, values))
+    raise ValueError(
+        "must be a table over pressure, slip speed or temperature, ascending, with values >= 0, "
+        "such as [['0 MPa', 0.5], ['9 MPa', 0.3]]"
+    )
+
+
 class NormalLaw(Model):
     """Impenetrability: exact by multipliers, by a penalty (13), or by an augmented Lagrangian.
 
@@ -165,16 +212,53 @@ class NormalLaw(Model):
 
 
 class Friction(Model):
-    """Coulomb's law, exact; with a penalty for normal contact regularised by c_T = `penalty`.
+    """Coulomb's law with a `coefficient`, or Tresca's with a shear `limit`; exact.
 
-    Without `penalty` c_T is `penalty_factor` times ε_N.
+    With a penalty for normal contact it is regularised by c_T = `penalty`, by default
+    `penalty_factor` times ε_N. `coefficient_table` gives the coefficient over pressure, slip speed
+    or the temperature of the nonmortar side, told apart by units: [["0 MPa", 0.5], ["9 MPa", 0.3]].
     """
 
-    law: Literal["coulomb"] = "coulomb"
-    coefficient: NonNegative
+    law: Literal["coulomb", "tresca"] = "coulomb"
+    coefficient: NonNegative | None = None
+    coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = None
+    limit: Annotated[Pressure, Field(gt=0)] | None = None
     c_factor: Positive = 1.0
     penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
     penalty_factor: Positive = 1.0
+
+    @field_validator("coefficient_table", mode="before")
+    @classmethod
+    def _table(cls, value: object) -> object:
+        return coefficient_table(value)
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        given = [
+            k for k in ("coefficient", "coefficient_table", "limit") if getattr(self, k) is not None
+        ]
+        allowed = ("limit",) if self.law == "tresca" else ("coefficient", "coefficient_table")
+        if len(given) != 1 or given[0] not in allowed:
+            raise ValueError(f"law = '{self.law}' takes one of {', '.join(allowed)}")
+        return self
+
+    def largest_traction(self, pressure: Floats) -> Floats | None:
+        """Largest traction at some pressures [Pa]; None where it also depends on something else."""
+        if self.limit is not None:
+            return np.where(pressure > 0.0, self.limit, 0.0)
+        if self.coefficient_table is not None:
+            table = self.coefficient_table.table
+            known = self.coefficient_table.variable == "pressure"
+            return np.interp(pressure, table.times, table.values) * pressure if known else None
+        return (self.coefficient or 0.0) * pressure
+
+    def words(self) -> str:
+        """The law in a few words."""
+        if self.limit is not None:
+            return f"Tresca {self.limit:g} Pa"
+        if self.coefficient_table is not None:
+            return f"Coulomb, a function of {self.coefficient_table.variable}"
+        return f"Coulomb {self.coefficient:g}"
 
 
 class Interface(Model):

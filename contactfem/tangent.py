@@ -68,7 +68,6 @@ def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
     normal, tangent = c.operators.normals.n, c.operators.normals.tangent
     j = np.flatnonzero(c.active)
     stick, slip = (np.flatnonzero(c.status == s) for s in (Status.STICK, Status.SLIP))
-    mu = contact.law.friction_coefficient
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first = 2 * n_nodes
     triplets = [
@@ -77,7 +76,7 @@ def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
         _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * tangent[stick]),
         _row(first + 2 * stick + 1, c.rim[stick], c.kappa[stick, None] * tangent[c.rim[stick]]),
         _row(first + 2 * slip + 1, slip,
-             tangent[slip] - mu * c.direction[slip, None] * normal[slip]),
+             tangent[slip] - (c.limit.by_pressure * c.direction)[slip, None] * normal[slip]),
     ]  # fmt: skip
     M = c.operators.M.tocoo()
     at = c.active[M.row]
@@ -108,10 +107,11 @@ def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_m
     triplets.append((first + 2 * j[at] + 1, e[at], (-t * slope)[j[at]]))
     at = is_gap & active
     triplets.append((first + 2 * j[at], e[at], (1.0 / D)[j[at]]))
-    at = is_M & stick
+    by_slip = _by_slip(c)
+    at = is_M & (by_slip != 0.0)[j]
     reach = op.x[entries.col[at]] - op.x[j[at]]
     along = np.einsum("ei,ei->e", op.normals.tangent[j[at]], reach)
-    triplets.append((first + 2 * j[at] + 1, e[at], along / D0[j[at]]))
+    triplets.append((first + 2 * j[at] + 1, e[at], along * (by_slip / D0)[j[at]]))
     at = is_M & active
     for k in (0, 1):
         triplets.append((2 * entries.col[at] + k, e[at], -c.multiplier[j[at], k]))
@@ -121,12 +121,14 @@ def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_m
 def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
     """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
-    op, mu = c.operators, contact.law.friction_coefficient
+    op = c.operators
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first, rim = 2 * n_nodes, c.rim
     j = np.flatnonzero(mine)
     stick = np.flatnonzero(mine & (c.status == Status.STICK))
     slip = np.flatnonzero(mine & (c.status == Status.SLIP))
+    by_slip = _by_slip(c)
+    moved = np.flatnonzero(mine & (by_slip != 0.0))
     turned = np.column_stack((-c.multiplier[:, 1], c.multiplier[:, 0]))  # λ·dτ = turned·dn
     shape = (first + 2 * n, 2 * n)
     through_normals = _matrix(
@@ -136,8 +138,9 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
             _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
             _row(first + 2 * stick + 1, rim[stick], c.kappa[stick, None] * turned[rim[stick]]),
             _row(first + 2 * slip + 1, slip,
-                 turned[slip] - mu * c.direction[slip, None] * c.multiplier[slip]),
-            _row(first + 2 * stick + 1, stick, _slip_by_normal(c)[stick]),
+                 turned[slip]
+                 - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
+            _row(first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
         ],
         shape,
     )  # fmt: skip
@@ -153,8 +156,15 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
     return (
         through_normals @ op.normals.derivative
         + through_lengths @ op.full_derivative
-        + _slip_by_position(contact, c, stick)
+        + _slip_by_position(contact, c, moved)
     )
+
+
+def _by_slip(c: Conditions) -> Floats:
+    """Derivative of the tangential condition with respect to slip: 1 in stick, -σ db/ds in slip."""
+    seen = c.history.D > 0.0
+    by_speed = -c.direction * c.limit.by_speed * np.sign(c.slip) / c.history.dt
+    return np.where(c.status == Status.STICK, 1.0, np.where(seen & c.active, by_speed, 0.0))
 
 
 def _slip_by_normal(c: Conditions) -> Floats:
@@ -164,16 +174,16 @@ def _slip_by_normal(c: Conditions) -> Floats:
     return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
 
 
-def _slip_by_position(contact: Contact, c: Conditions, stick: Ints) -> sp.csr_matrix:
-    """Derivative of s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰."""
+def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> sp.csr_matrix:
+    """Through s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰, of some nodes."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
     chosen = np.zeros(n, bool)
-    chosen[stick] = True
+    chosen[moved] = True
     change = (c.operators.M - c.history.M).tocoo()
     at = chosen[change.row]
     row, col = change.row[at].astype(np.int64), change.col[at].astype(np.int64)
     tau = c.operators.normals.tangent[row]
-    value = (change.data[at] / c.history.D[row])[:, None] * tau
+    value = (change.data[at] * _by_slip(c)[row] / c.history.D[row])[:, None] * tau
     rows = 2 * n_nodes + 2 * row + 1
     return _matrix([_row(rows, col, value), _row(rows, row, -value)],
                    (2 * (n_nodes + n), 2 * n_nodes))  # fmt: skip

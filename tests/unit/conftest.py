@@ -11,6 +11,7 @@ import pytest
 
 from contactfem.references import cattaneo_mindlin, effective_modulus
 from contactfem.results import BodyPicture, InterfaceTable, RunResult, StepReport
+from contactfem.scene import Friction
 
 LOAD, SHEAR, FRICTION, RADIUS = 10e3, 0.93622e3, 0.2, 8e-3
 MODULUS = effective_modulus(200e6, 0.3, 200e6, 0.3)
@@ -33,9 +34,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "dimension": "plane strain",
         "bodies": {"lower": None, "upper": None},
         "interfaces": {
-            "sole": SimpleNamespace(
-                mortar="lower.top", friction=SimpleNamespace(coefficient=FRICTION)
-            )
+            "sole": SimpleNamespace(mortar="lower.top", friction=Friction(coefficient=FRICTION))
         },
         "probes": {"tip": SimpleNamespace(value="displacement.x")},
         "closed_form": {

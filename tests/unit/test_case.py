@@ -63,8 +63,14 @@ BROKEN = {
     "must be >= 0",
     'interfaces.joint.friction.coefficient="0.3"': "interfaces.joint.friction.coefficient = 0.3: "
     "must be a plain number",
-    'interfaces.joint.friction.law="tresca"': "interfaces.joint.friction.law = tresca: must be "
-    "coulomb",
+    'interfaces.joint.friction.law="tresco"': "interfaces.joint.friction.law = tresco: must be "
+    "one of coulomb, tresca; did you mean 'tresca'?",
+    'interfaces.joint.friction.law="tresca"': "interfaces.joint.friction: law = 'tresca' takes one "
+    "of limit",
+    'interfaces.joint.friction={coefficient_table=[["0 MPa", 0.5], ["0 m", 0.3]]}': "interfaces."
+    'joint.friction.coefficient_table = [["0 MPa", 0.5], ["0 m", 0.3]]: must be a table over '
+    "pressure, slip speed or temperature, ascending, with values >= 0, such as [['0 MPa', 0.5], "
+    "['9 MPa', 0.3]]",
     'strain="finit"': "strain = finit: must be one of finite, small; did you mean 'finite'?",
     'output.fields="yes"': "output.fields = yes: must be true or false",
     "solver.max_iterations=0": "solver.max_iterations = 0: must be >= 1",

@@ -6,14 +6,20 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.contact import Contact, ContactLaw, History, relative_motion
-from contactfem.laws import RIM_COMPLIANCE, Status, Trial
+from contactfem.laws import RIM_COMPLIANCE, Coulomb, Status, Trial, frictionless
 from contactfem.surfaces import InterfaceMesh
 
 MU = 0.4
 
 
 def contact(mesh, mu=MU, c=10.0, comm=MPI.COMM_SELF, radius=0.4):
-    return Contact(comm, mesh, ContactLaw(mu, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0, radius))
+    return Contact(
+        comm,
+        mesh,
+        ContactLaw(
+            Coulomb(mu) if mu else frictionless, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0, radius
+        ),
+    )
 
 
 def history(interface, x):

@@ -8,13 +8,19 @@ from hypothesis import strategies as st
 from contactfem.laws import (
     RIM,
     RIM_COMPLIANCE,
+    Coulomb,
+    SlipState,
     Status,
     Tie,
+    Tresca,
+    VariableCoulomb,
     contact_scale,
-    coulomb,
+    frictionless,
     rim_compliance,
+    stick_or_slip,
     trial,
 )
+from contactfem.tables import Table
 
 SCALE = st.floats(1e-3, 1e3)
 SIGNED = st.floats(-1e3, 1e3)
@@ -26,7 +32,7 @@ def one(value):
 
 def judge(p_trial, t, slip, mu=0.5, c=2.0, t_rim=0.0, kappa=0.0):
     t_trial = trial(one(t), one(slip), one(c), [Tie(one(kappa), one(t_rim))])
-    found = coulomb(one(p_trial), t_trial, mu)
+    found = stick_or_slip(one(p_trial), t_trial, one(mu * max(p_trial, 0.0)), rubs=mu > 0)
     return Status(found.status[0]), found.direction[0]
 
 
@@ -122,7 +128,8 @@ def test_every_node_has_one_status(p_trial, t, slip, mu, c):
 
 def test_nodes_do_not_mix():
     """Arrays are judged entry by entry."""
-    found = coulomb(np.array([1.0, -1, 1, 1]), np.array([0.0, 0, 2, -2]), 0.5)
+    t = np.array([0.0, 0, 2, -2])
+    found = stick_or_slip(np.array([1.0, -1, 1, 1]), t, np.full(4, 0.5), rubs=True)
     np.testing.assert_array_equal(found.status, [1, 0, 2, 2])
     np.testing.assert_array_equal(found.direction, [0, 0, 1, -1])
     assert found.status.dtype == np.int8
@@ -148,3 +155,38 @@ def test_rim_compliance_slope(cover, c):
     slope = rim_compliance(one(cover), one(c))[1][0]
     if cover + h < RIM:
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h), rel=1e-6)
+
+
+def at(p, v=0.0, temperature=0.0):
+    return SlipState(one(p), one(v), one(temperature))
+
+
+TABLE = Table((1.0, 3.0), (0.5, 0.1))
+
+
+def test_friction_laws():
+    """Coulomb is proportional, Tresca a constant while there is contact, tables are linear."""
+    assert Coulomb(0.3)(at(2.0)).value == pytest.approx(0.6)
+    assert Tresca(7.0)(at(2.0)).value == 7.0
+    assert Tresca(7.0)(at(0.0)).value == 0.0
+    assert frictionless(at(2.0)).value == 0.0
+    for y, mu in ((0.0, 0.5), (1.5, 0.4), (2.0, 0.3), (9.0, 0.1)):
+        assert VariableCoulomb("speed", TABLE)(at(2.0, y)).value == pytest.approx(2 * mu)
+        assert VariableCoulomb("temperature", TABLE)(at(2.0, 0, y)).value == pytest.approx(2 * mu)
+        assert VariableCoulomb("pressure", TABLE)(at(y)).value == pytest.approx(y * mu)
+
+
+LAWS = [Coulomb(0.3), Tresca(0.7), VariableCoulomb("pressure", TABLE),
+        VariableCoulomb("speed", TABLE), VariableCoulomb("temperature", TABLE)]  # fmt: skip
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize(("p", "v"), [(0.5, 0.4), (1.7, 2.2), (2.9, 1.1), (4.0, 5.0)])
+def test_slopes_of_friction_laws(law, p, v):
+    """db/dp and db/dv by central differences, inside the tables and outside."""
+    h = 1e-6
+    found = law(at(p, v, 2.0))
+    by_p = (law(at(p + h, v, 2.0)).value - law(at(p - h, v, 2.0)).value) / (2 * h)
+    by_v = (law(at(p, v + h, 2.0)).value - law(at(p, v - h, 2.0)).value) / (2 * h)
+    np.testing.assert_allclose(found.by_pressure, by_p, atol=1e-8)
+    np.testing.assert_allclose(found.by_speed, by_v, atol=1e-8)

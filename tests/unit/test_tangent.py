@@ -6,8 +6,9 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.contact import Contact, ContactLaw, History
-from contactfem.laws import Status
+from contactfem.laws import Coulomb, Status, VariableCoulomb
 from contactfem.surfaces import nodal_normals
+from contactfem.tables import Table
 from contactfem.tangent import linearise
 
 MU = 0.4
@@ -18,6 +19,8 @@ CASES = {
     "held": {"nonmortar": 9, "mortar": 6, "span": (-0.05, 0.78), "held": HELD},
     "finer mortar": {"nonmortar": 9, "mortar": 31, "span": (0.15, 0.94)},
     "one facet": {"nonmortar": 9, "mortar": 1, "span": (0.15, 0.94)},
+    "speed": {"nonmortar": 9, "mortar": 11, "span": (-0.05, 1.05)},
+    "pressure": {"nonmortar": 9, "mortar": 11, "span": (-0.05, 1.05)},
     "penalty": {"nonmortar": 8, "mortar": 9, "span": (0.15, 0.94)},
 }
 SMALL = 1e-6  # the differences are exact to 1e-8
@@ -32,10 +35,15 @@ class Scene:
         n = mesh.n_nonmortar
         c = 5.0 * rng.uniform(0.5, 2.0, n)
         soft = 0.3 / c if name == "penalty" else np.zeros(1)
-        law = ContactLaw(MU, c, 1.0, 0.7, 1.0, 0.3, soft, 2.0 * soft)
+        table = Table((0.0, 0.5, 3.0), (0.4, 0.5, 0.2))
+        kinds = {
+            "speed": VariableCoulomb("speed", table),
+            "pressure": VariableCoulomb("pressure", table),
+        }
+        law = ContactLaw(kinds.get(name, Coulomb(MU)), c, 1.0, 0.7, 1.0, 0.3, soft, 2.0 * soft)
         self.contact = Contact(comm, mesh, law)
         operators = self.contact.operators(start)
-        self.history = History(operators.D, operators.M)
+        self.history = History(operators.D, operators.M, dt=0.01)
         self.x = start + 0.004 * rng.normal(size=start.shape)
         normal = nodal_normals(mesh, self.x).n
         p, t = rng.uniform(-0.2, 1.0, (n, 1)), 0.35 * rng.normal(size=(n, 1))

@@ -215,6 +215,47 @@ def test_failed_step_gives_back_everything(tmp_path, monkeypatch):
         np.testing.assert_allclose(getattr(b, name), getattr(a, name), atol=1e-9 * scale)
 
 
+LAWS = {
+    'law = "tresca", limit = "1 MPa"': lambda p, v: 1e6 + 0 * p,
+    'coefficient_table = [["0 MPa", 0.3], ["20 MPa", 0.1]]': lambda p, v: (0.3 - 1e-8 * p) * p,
+    'coefficient_table = [["0 m/s", 0.2], ["2 mm/s", 0.4]]': lambda p, v: (0.2 + 100 * v) * p,
+    'coefficient_table = [["0 K", 0.3], ["20 K", 0.1]]': lambda p, v: 0.2 * p,  # at 10 K
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_friction_laws_in_a_run(tmp_path, law):
+    """Where nodes slip the traction is what the law says of pressure, speed and temperature."""
+    block = BLOCK.format(n=6) + 'temperature = "10 K"\n'
+    text = head(step="0.125 s") + block + HELD + RUB.replace("coefficient = 0.3", law)
+    before = solve(tmp_path, text.replace('end = "1 s"', 'end = "0.875 s"')).interfaces[0]
+    result = solve(tmp_path, text)
+    assert result.converged and result.steps[-1].iterations <= 8
+    table = result.interfaces[0]
+    slips = table.status == 2
+    assert slips.sum() >= 3
+    speed = np.abs(table.slip - before.slip)[slips] / 0.125
+    expected = LAWS[law](table.pressure[slips], speed)
+    np.testing.assert_allclose(np.abs(table.traction[slips]), expected, rtol=1e-8)
+
+
+def test_penalty_converges_to_exact_contact(tmp_path):
+    """Of order one in 1/ε_N, and an augmented Lagrangian gives the exact answer with any ε_N."""
+    text = head(step="0.25 s") + BLOCK.format(n=6) + HELD
+    exact = solve(tmp_path, text + RUB).interfaces[0]
+
+    def difference(normal: str) -> float:
+        law = RUB.replace("friction =", f"normal = {{ {normal} }}\nfriction =")
+        table = solve(tmp_path, text + law).interfaces[0]
+        return float(np.abs(table.pressure - exact.pressure).max() / exact.pressure.max())
+
+    errors = [difference(f'law = "penalty", penalty_factor = {f}') for f in (1e1, 1e2, 1e3)]
+    rates = np.log10(np.divide(errors[:-1], errors[1:]))
+    assert 1e-5 < errors[-1] < 1e-3
+    np.testing.assert_allclose(rates, 1.0, atol=0.1)
+    assert difference('law = "augmented"') < 1e-6
+
+
 def test_given_up_run_keeps_the_last_good_state(tmp_path):
     """A load that no friction can carry ends with the reason and the state before it."""
     text = head("small", "0.5 s") + FALLING.format(gap="0 mm").replace("\n         ", " ")
