@@ -7,6 +7,8 @@ from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, PositiveLength
 from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.fan import fan
+from contactfem.meshes.grid import Cell2D
 from contactfem.meshes.polygon import Edge, doubled, triangulate
 from contactfem.units import Length
 
@@ -16,7 +18,7 @@ class Cylinder(Builder):
 
     The arc passes through `point`; the body lies above it (`side` = "upper") or below it. Facets on
     the arc have at most the length `size` within `zone` to the left and right of the point; from
-    there cells grow by `growth` per distance up to `coarse`.
+    there cells grow by `growth` per distance up to `coarse`. Quadrilaterals form an array.
     Groups: contact (the fine part of the arc), arc (all of it), flat, and of a quarter axis.
     """
 
@@ -29,6 +31,7 @@ class Cylinder(Builder):
     size: PositiveLength
     growth: Annotated[float, Field(gt=0, le=1)] = 0.1
     coarse: PositiveLength | None = None
+    cell: Cell2D = "triangle"
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -39,9 +42,20 @@ class Cylinder(Builder):
         return self
 
     def build(self) -> MeshData:
-        """Triangles; a half is a quarter and its mirror image."""
+        """A quarter, or with its mirror image a half."""
         r = self.radius
         coarse = max(self.size, self.coarse if self.coarse is not None else r / 8)
+        if self.cell == "quadrilateral":
+            data = fan(r, self.zone, self.size, self.growth, coarse)
+        else:
+            data = self._triangles(coarse)
+        if self.part == "half":
+            data = doubled(data, "axis")
+        return mesh_data(self._placed(data.points), data.cells, data.cell_type, data.groups)
+
+    def _triangles(self, coarse: float) -> MeshData:
+        """Quarter in the frame with the contact point at the origin."""
+        r = self.radius
         end = (self.zone, r - float(np.sqrt(r**2 - self.zone**2)))
         edges = [
             Edge((0.0, 0.0), end, ("contact", "arc"), (0.0, r), fine=True),
@@ -49,10 +63,7 @@ class Cylinder(Builder):
             Edge((r, r), (0.0, r), ("flat",)),
             Edge((0.0, r), (0.0, 0.0), ("axis",)),
         ]
-        data = triangulate(edges, self.size, self.growth, coarse)
-        if self.part == "half":
-            data = doubled(data, "axis")
-        return mesh_data(self._placed(data.points), data.cells, data.cell_type, data.groups)
+        return triangulate(edges, self.size, self.growth, coarse)
 
     def outline(self) -> dict[str, Floats]:
         """The arc by chords of about a degree, the straight sides by their ends."""

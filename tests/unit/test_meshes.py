@@ -38,6 +38,9 @@ FLAT: dict[str, dict[str, Any]] = {
     "lower half disk": DISK | {"side": "lower", "point": ["1 mm", "2 mm"]},
     "quarter disk": DISK | {"part": "quarter"},
     "lower quarter disk": DISK | {"part": "quarter", "side": "lower", "point": ["1 mm", "2 mm"]},
+    "array half disk": DISK | {"cell": "quadrilateral"},
+    "array lower quarter disk": DISK
+    | {"part": "quarter", "side": "lower", "point": ["1 mm", "2 mm"], "cell": "quadrilateral"},
     "fine corner": FINE | {"corner": ["0 mm", "-200 mm"]},
     "fine below": FINE | {"zone": ["20 mm", "40 mm"], "side": "bottom"},
     "fine side": FINE | {"zone": ["0 mm", "100 mm"], "size": "2 mm"},
