@@ -32,6 +32,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "references": ("K. L. Johnson, Contact Mechanics",),
         "path": Path("cattaneo_mindlin.toml"),
         "dimension": "plane strain",
+        "strain": "finite",
         "bodies": {"lower": None, "upper": None},
         "interfaces": {
             "sole": SimpleNamespace(mortar="lower.top", friction=Friction(coefficient=FRICTION))

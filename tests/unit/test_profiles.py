@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from contactfem.profiles import carriers, error_l2, position_of, zone
+from contactfem.profiles import carriers, error_l2, linearised, position_of, zone
 from contactfem.references import hertz_line, uniform, westergaard
 from contactfem.results import Status
 
@@ -75,3 +75,32 @@ def test_every_period_has_its_edges():
     assert error_l2(line(x), np.zeros(9), wave.pressure, wave) == pytest.approx(1.0, rel=1e-12)
     many = np.linspace(-3.0, 5.0, 2049)
     assert error_l2(line(many), wave.pressure(many), wave.pressure, wave) < 5e-3
+
+
+def test_linearised_undoes_stretch_and_turn_of_the_surface(table, changed):
+    """A surface that is 2 % shorter and turned: the same forces act on it."""
+    angle, stretch = 0.03, 0.98
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    p = (table.pressure * np.cos(angle) - table.traction * np.sin(angle)) / stretch
+    t = (table.traction * np.cos(angle) + table.pressure * np.sin(angle)) / stretch
+    forward = changed(
+        table,
+        x=stretch * table.X @ turn.T,
+        facet_length=stretch * table.facet_length,
+        pressure=p,
+        traction=t,
+    )
+    backward = changed(
+        forward,
+        X=forward.X[::-1],
+        x=forward.x[::-1],
+        facet_length=forward.facet_length[::-1],
+        pressure=p[::-1],
+        traction=t[::-1],
+    )
+    found, mirrored = linearised(forward), linearised(backward)
+    scale = table.pressure.max()
+    np.testing.assert_allclose(found.pressure, table.pressure, rtol=0, atol=1e-12 * scale)
+    np.testing.assert_allclose(found.traction, table.traction, rtol=0, atol=1e-12 * scale)
+    np.testing.assert_allclose(mirrored.pressure[::-1], table.pressure, rtol=0, atol=1e-12 * scale)
+    np.testing.assert_allclose(mirrored.traction[::-1], table.traction, rtol=0, atol=1e-12 * scale)
