@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from contactfem.blocks import block_rows
 from contactfem.segments import Segments
 from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints, NormalField
 
@@ -63,11 +64,11 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     row, col = rows.ravel()[used], cols.ravel()[used]
     if segments.derivatives is None:
         return Mortar(row, col, value, None)
-    dq = _integral_derivatives(mesh, segments, normals)
-    dm = _sums(e, len(facets)) @ dq
+    dq, nodes = _integral_derivatives(mesh, segments, normals)
+    width = 2 * mesh.n_nodes
+    dm = _sums(e, len(facets)) @ block_rows(dq[:, :3], nodes, width)
     by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(len(e), 10, 3)
-    one = np.arange(len(e))
-    direct = block_rows(blocks.reshape(len(e), 10, 7), one[:, None], 7 * len(e)) @ dq
+    direct = block_rows(blocks.reshape(len(e), 10, 7) @ dq, nodes, width)
     derivative = direct + block_rows(by_basis, e[:, None], 3 * len(facets)) @ dm
     return Mortar(row, col, value, derivative[used])
 
@@ -130,41 +131,30 @@ def _by_basis(segments: Segments) -> Floats:
 
 def _integral_derivatives(
     mesh: InterfaceMesh, segments: Segments, normals: NormalField
-) -> sp.csr_matrix:
-    """Derivative of all integrals with respect to all positions, normals included, (7 s, 2 n)."""
+) -> tuple[Floats, Ints]:
+    """Derivatives of the integrals of each segment, normals included, and by which nodes.
+
+    The nodes are those that the normals at a and b depend on, and the mortar nodes c and d; a and b
+    stand there twice. Shapes (s, 7, 16) and (s, 8).
+    """
     assert segments.derivatives is not None
     nm, m = mesh.nonmortar[segments.facets[:, 0]], mesh.mortar[segments.facets[:, 1]]
-    d = segments.derivatives
-    positions = np.concatenate((d[:, :, 0:4], d[:, :, 8:12]), axis=2)
-    direct = block_rows(positions, np.hstack((nm, m)), 2 * mesh.n_nodes)
-    through_normals = block_rows(d[:, :, 4:8], nm, 2 * mesh.n_nonmortar)
-    return direct + through_normals @ normals.derivative
+    d, parts = segments.derivatives, []
+    for k in (0, 1):
+        turned = normals.blocks[nm[:, k]].reshape(-1, 2, 6)
+        part = d[:, :, 4 + 2 * k : 6 + 2 * k] @ turned
+        part[:, :, 2:4] += d[:, :, 2 * k : 2 * k + 2]  # the node itself stands in the middle
+        parts.append(part)
+    around = normals.around[nm].reshape(len(nm), 6)
+    return np.concatenate((*parts, d[:, :, 8:12]), axis=2), np.hstack((around, m))
 
 
 def _sums(e: Ints, n_facets: int) -> sp.csr_matrix:
-    """Sums of the first three integrals of the segments of each facet, (3 facets, 7 segments)."""
-    i = np.arange(3)
-    rows, cols = (3 * e[:, None] + i).ravel(), (7 * np.arange(len(e))[:, None] + i).ravel()
-    return sp.csr_matrix((np.ones(len(rows)), (rows, cols)), (3 * n_facets, 7 * len(e)))
-
-
-def block_rows(values: Floats, places: Ints, n_cols: int) -> sp.csr_matrix:
-    """Sparse matrix of dense rows of blocks: built as it is stored, without sorting.
-
-    Args:
-        values: Rows of each of b blocks, side by side, (b, r, k c) for k places of c columns.
-        places: Block columns of each block, (b, k), different ones within a block.
-        n_cols: Columns of the matrix.
-
-    Returns:
-        Matrix (b r, n_cols).
-    """
-    b, r, width = values.shape
-    c = width // places.shape[1]
-    columns = (c * places[:, :, None] + np.arange(c)).reshape(b, 1, width)
-    indices = np.broadcast_to(columns, values.shape).astype(np.int32).ravel()
-    indptr = np.arange(0, b * r * width + 1, width, dtype=np.int32)
-    return sp.csr_matrix((values.ravel(), indices, indptr), shape=(b * r, n_cols))
+    """Sums of the first three integrals of the segments of each facet, (3 facets, 3 segments)."""
+    rows = (3 * e[:, None] + np.arange(3)).ravel()
+    return sp.csr_matrix(
+        (np.ones(len(rows)), (rows, np.arange(len(rows)))), (3 * n_facets, len(rows))
+    )
 
 
 def _stack(rows: tuple[object, ...]) -> Floats:

@@ -8,6 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from contactfem.blocks import block_rows
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -60,11 +62,20 @@ class NormalField:
 
     Attributes:
         n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
-        derivative: dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes).
+        around: Previous node, the node itself and next node, itself at an end, (n_nonmortar, 3).
+        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, 2, 3, 2).
+        n_nodes: Nodes of both surfaces.
     """
 
     n: Floats
-    derivative: sp.csr_matrix
+    around: Ints
+    blocks: Floats
+    n_nodes: int
+
+    @cached_property
+    def derivative(self) -> sp.csr_matrix:
+        """dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes)."""
+        return block_rows(self.blocks.reshape(-1, 2, 6), self.around, 2 * self.n_nodes)
 
     @property
     def tangent(self) -> Floats:
@@ -98,15 +109,15 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     project = (np.eye(2) - np.einsum("ji,jk->jik", n, n)) / length[:, None, None]
     project[held] = 0.0
     n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
-    rows, cols, values = [], [], []
-    for j in (0, 1):
-        block = project[ends[:, j]] @ turn
-        for k, sign in ((0, -1.0), (1, 1.0)):
-            rows.append(_expand(ends[:, j])[:, :, None] + np.zeros((1, 1, 2), np.int64))
-            cols.append(_expand(ends[:, k])[:, None, :] + np.zeros((1, 2, 1), np.int64))
-            values.append(sign * block)
-    shape = (2 * mesh.n_nonmortar, 2 * mesh.n_nodes)
-    return NormalField(n, _coo(rows, cols, values, shape))
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    for end, before, after in ((0, 1, 2), (1, 0, 1)):  # a has the facet after it, b before it
+        block = project[ends[:, end]] @ turn
+        blocks[ends[:, end], :, before] -= block
+        blocks[ends[:, end], :, after] += block
+    own = np.arange(mesh.n_nonmortar)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
+    return NormalField(n, around, blocks, mesh.n_nodes)
 
 
 def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:

@@ -19,7 +19,7 @@ PLAIN = """
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing
-    surfaces segments mortar
+    blocks surfaces segments mortar
     contact
     mechanics system tangent interface coupling condensed
     newton
