@@ -14,7 +14,14 @@ from contactfem.contact import Contact, ContactLaw
 from contactfem.errors import CaseError
 from contactfem.forms.energies import linear_elastic, neo_hooke
 from contactfem.forms.mechanics import Energy
-from contactfem.interface import BodySide, InterfaceNodes, RigidSide, circle_side, plane_side
+from contactfem.interface import (
+    BodySide,
+    InterfaceNodes,
+    RigidSide,
+    circle_side,
+    plane_side,
+    polyline_side,
+)
 from contactfem.laws import (
     Coulomb,
     FrictionLaw,
@@ -27,7 +34,7 @@ from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
-from contactfem.scene import Condition, Friction, Material, Plane
+from contactfem.scene import Condition, Friction, Material, Plane, Polyline
 from contactfem.scene import Interface as InterfaceModel
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
 from contactfem.system import Grip, Prescribed, System
@@ -265,6 +272,8 @@ def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
         travel = max((abs(v) for table in tables for v in table.values), default=0.0)
         extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
         return plane_side(centre.tolist(), obstacle.normal, extent, motion)
+    if isinstance(obstacle, Polyline):
+        return polyline_side(np.array(obstacle.points), obstacle.closed, motion)
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)

@@ -3,14 +3,14 @@
 import numpy as np
 import numpy.typing as npt
 
-from contactfem.scene import Circle, Plane
+from contactfem.scene import Circle, Plane, Polyline
 
 Floats = npt.NDArray[np.float64]
 
 REFINE = 16  # points per straight piece, for a smallest gap in its middle
 
 
-def obstacle_gap(line: Floats, obstacle: Plane | Circle) -> float:
+def obstacle_gap(line: Floats, obstacle: Plane | Circle | Polyline) -> float | None:
     """Smallest gap to an obstacle, negative where the body reaches into it.
 
     Args:
@@ -18,8 +18,10 @@ def obstacle_gap(line: Floats, obstacle: Plane | Circle) -> float:
         obstacle: the obstacle at rest.
 
     Returns:
-        The gap [m].
+        The gap [m]; None if a polyline nowhere faces the body.
     """
+    if isinstance(obstacle, Polyline):
+        return surface_gap(line, obstacle.chain)
     points = refined(line)
     if isinstance(obstacle, Plane):
         return float(np.min((points - obstacle.point) @ np.array(obstacle.normal)))

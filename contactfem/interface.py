@@ -147,6 +147,22 @@ def plane_side(
     )
 
 
+def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, Table]) -> RigidSide:
+    """A rigid chain of facets.
+
+    Args:
+        points: Its points with the solid on the left [m], (n, 2).
+        closed: Whether the last point is joined to the first.
+        displacement: x and y over time [m].
+
+    Returns:
+        The side.
+    """
+    ends = np.arange(len(points) - (0 if closed else 1))
+    facets = np.column_stack((ends, (ends + 1) % len(points)))
+    return RigidSide(points, facets, displacement)
+
+
 def circle_side(
     centre: Sequence[float],
     radius: float,

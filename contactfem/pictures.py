@@ -119,6 +119,10 @@ def _paint_obstacles(axes: Axes, case: Case, end: float, view: _View) -> None:
             face = "none" if obstacle.inside else "#d0d0d0"
             axes.add_patch(Circle(tuple(center), radius, fc=face, ec=INK, lw=0.8, zorder=0))
             continue
+        if obstacle.shape == "polyline":
+            chain = (obstacle.chain + view.magnification * moved) / view.length.factor
+            axes.plot(*chain.T, color=INK, lw=1.2, zorder=0)
+            continue
         normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
         along = reach * np.array([normal[1], -normal[0]])
         point = (np.array(obstacle.point) + view.magnification * moved) / view.length.factor

@@ -148,7 +148,27 @@ class Circle(RigidObstacle):
     inside: Flag = False
 
 
-Obstacle = Annotated[Plane | Circle, Field(discriminator="shape")]
+class Polyline(RigidObstacle):
+    """Chain of straight pieces with the obstacle's solid on the left of the walk along it."""
+
+    shape: Literal["polyline"]
+    points: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=2)]
+    closed: bool = False
+
+    @field_validator("points")
+    @classmethod
+    def _apart(cls, value: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+        if any(a == b for a, b in itertools.pairwise(value)):
+            raise ValueError("two points in a row are the same")
+        return value
+
+    @property
+    def chain(self) -> Floats:
+        """The points, the first one again at the end of a closed chain [m], (n, 2)."""
+        return np.array(self.points + self.points[: int(self.closed)])
+
+
+Obstacle = Annotated[Plane | Circle | Polyline, Field(discriminator="shape")]
 
 
 class CoefficientTable(Model):

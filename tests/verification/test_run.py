@@ -136,6 +136,31 @@ def test_circular_obstacle_pushes_down_on_its_own(tmp_path):
     np.testing.assert_allclose(result.reactions["block.bottom.y"][0], fy, rtol=1e-9)
 
 
+WEDGE = """
+[obstacles.wedge]
+shape = "polyline"
+points = [["-0.3 mm", "1.5 mm"], ["1 mm", "1.05 mm"], ["2.3 mm", "1.5 mm"]]
+displacement.y = [["0 s", "0 mm"], ["1 s", "-0.2 mm"]]
+[interfaces.contact]
+nonmortar = "block.top"
+mortar = "wedge"
+search_radius = "1 mm"
+"""
+
+
+def test_polyline_obstacle(tmp_path):
+    """A blunt wedge pressed into a block: symmetric, in balance, and nothing reaches into it."""
+    result = solve(tmp_path, head(step="0.25 s") + BLOCK.format(n=25) + HELD + WEDGE)
+    assert result.converged
+    table = result.interfaces[0]
+    assert (table.status > 0).sum() >= 5
+    wedge = 0.85e-3 + 0.45 / 1.3 * np.abs(table.x[:, 0] - 1e-3)
+    assert (table.x[:, 1] - wedge).max() < 0.1 * 2e-3 / 25
+    fx, fy = result.steps[-1].forces["contact"]
+    assert fy > 0 and abs(fx) < 1e-9 * fy
+    np.testing.assert_allclose(result.reactions["block.bottom.y"][0], fy, rtol=1e-9)
+
+
 FALLING = """
 [bodies.block]
 material = "solid"
