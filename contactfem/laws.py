@@ -127,6 +127,9 @@ class Coulomb:
 
     coefficient: float
 
+    def __str__(self) -> str:
+        return f"Coulomb {self.coefficient:g}"
+
     def __call__(self, at: SlipState) -> Limit:
         """Limit of the traction at some nodes."""
         p = at.pressure
@@ -138,6 +141,9 @@ class Tresca:
     """Tresca's law, b = k wherever there is contact [Pa]."""
 
     shear_limit: float
+
+    def __str__(self) -> str:
+        return f"Tresca {self.shear_limit:g} Pa"
 
     def __call__(self, at: SlipState) -> Limit:
         """Limit of the traction at some nodes."""
@@ -156,6 +162,9 @@ class VariableCoulomb:
 
     variable: Literal["pressure", "speed", "temperature"]
     coefficient: Table
+
+    def __str__(self) -> str:
+        return f"Coulomb with a coefficient of {self.variable}"
 
     def __call__(self, at: SlipState) -> Limit:
         """Limit of the traction at some nodes."""

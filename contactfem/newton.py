@@ -58,6 +58,7 @@ class StepInput:
         histories: Operators at its start, per interface.
         starts: Contact status of the first iteration, per interface; None for trial states.
         known: Whether that is the status of an equilibrium found before, not a guess.
+        alone: Numbers of the interfaces that alone hold a body.
     """
 
     t: float
@@ -65,6 +66,7 @@ class StepInput:
     histories: tuple[History, ...]
     starts: tuple[Trial | None, ...]
     known: bool
+    alone: frozenset[int] = frozenset()
 
 
 class NewtonSolver:
@@ -184,9 +186,29 @@ class NewtonSolver:
             self._parts = system.residual(out, jumps)
         with self.timers.book("contact.conditions"):
             positions = self.positions()
-            starts = self._step.starts if first else [None] * len(positions)
-            self.conditions = self.condensed.evaluate(positions, self._step.histories, starts, out)
-            self.history.append(self.conditions)
+            starts = self._step.starts if first else (None,) * len(positions)
+            found = self.condensed.evaluate(positions, self._step.histories, starts, out)
+            self._kept = self._lost(found)
+            if self._kept:
+                starts = tuple(
+                    Trial(c.status, c.direction) if k in self._kept else starts[k]
+                    for k, c in enumerate(self.conditions)
+                )
+                self.condensed.bulk.copy(out)
+                found = self.condensed.evaluate(positions, self._step.histories, starts, out)
+            self.conditions = found
+            self.history.append(found)
+
+    def _lost(self, found: Sequence[Conditions]) -> set[int]:
+        """Interfaces that alone hold a body and have just lost all contact, by their number.
+
+        For one iteration more they keep the contact they had: without it the body would be free.
+        """
+        return {
+            k
+            for k, (before, now) in enumerate(zip(self.conditions, found, strict=False))
+            if k in self._step.alone and before.active.any() and not now.active.any()
+        }
 
     def reactions(self) -> list[float]:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
@@ -210,6 +232,7 @@ class NewtonSolver:
         stands = bool(self._statuses and self._statuses[-1] == status) or (
             its == 0 and self._step.known
         )
+        stands = stands and not self._kept
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
         if not np.isfinite(norm):

@@ -93,6 +93,11 @@ class _Loop:
         )
         self.stops = _stops(case)
         self.reactions: list[float] = []
+        self.alone = frozenset(
+            k
+            for k, interface in enumerate(discretisation.interfaces)
+            if self._alone_holds(interface.name)
+        )
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
@@ -124,11 +129,7 @@ class _Loop:
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
-        held = {
-            interface.name
-            for interface in self.discretisation.interfaces
-            if self._alone_holds(interface.name)
-        }
+        held = {self.discretisation.interfaces[k].name for k in self.alone}
         status = explain(self.discretisation.interfaces, self.solver.history, held)
         return f"{solved.reason}; {status}" if status else solved.reason
 
@@ -145,7 +146,7 @@ class _Loop:
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        return self.solver.solve(StepInput(t, self.ramp_end, histories, starts, known))
+        return self.solver.solve(StepInput(t, self.ramp_end, histories, starts, known, self.alone))
 
     def _temperature(self, k: int, t: float) -> float:
         """Relative temperature of the nonmortar body of an interface at a time [K]."""
@@ -167,8 +168,7 @@ class _Loop:
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
         seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        alone = self._alone_holds(interface.name)
-        return first_contact(operators.gap, operators.full, seen, alone)
+        return first_contact(operators.gap, operators.full, seen, k in self.alone)
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions
