@@ -133,6 +133,7 @@ class Conditions:
         rim: Neighbour that the rim rule ties to, itself where it does not act, (n,).
         kappa: Rim compliance [m/Pa], (n,).
         kappa_slope: dκ/df [m/Pa], (n,).
+        rim_traction: Change of t_j - t_k since the start of the step [Pa], (n,).
         normal_row: Residual of the normal condition [m], (n,).
         tangential_row: Residual of the tangential condition: stick [m], slip [Pa], (n,).
         limit: Largest traction and its derivatives, (n,) each.
@@ -150,6 +151,7 @@ class Conditions:
     rim: Ints
     kappa: Floats
     kappa_slope: Floats
+    rim_traction: Floats
     normal_row: Floats
     tangential_row: Floats
     limit: Limit
@@ -219,7 +221,8 @@ class Contact:
         slip, moved = self._slip(operators, history)
         estimate = self._estimates(history)
         normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
-        tangential = Tie(law.tangential_compliance, estimate[1]), Tie(kappa, t[rim])
+        before = self._before(history, rim)
+        tangential = Tie(law.tangential_compliance, estimate[1]), Tie(kappa, t[rim] + before)
         p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
         t_trial = trial(t, slip, law.c_t * law.c, tangential)
         limit = law.friction(self._slip_state(p_trial, slip, history)).value
@@ -276,13 +279,15 @@ class Contact:
         estimate = self._estimates(history)
         elastic = self.law.tangential_compliance * (t - estimate[1])
         normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
-        stick_row = slip - kappa * (t - t[rim]) - elastic
+        rim_traction = t - t[rim] - self._before(history, rim)
+        stick_row = slip - kappa * rim_traction - elastic
         limit = self.law.friction(self._slip_state(p, np.where(seen, slip, 0.0), history))
         slip_row = t - direction * limit.value
         tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
         return Conditions(
             operators, history, multiplier, p, t, np.where(active, slip, 0.0),
             np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
+            rim_traction,
             np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
         )  # fmt: skip
 
@@ -308,6 +313,16 @@ class Contact:
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None
         return replace(c.history, pressure=c.pressure, traction=c.traction)
+
+    @staticmethod
+    def _before(history: History, rim: Ints) -> Floats:
+        """t_j - t_k at the start of the step [Pa].
+
+        Slip is an increment of the step, so the rim rule must tie it to an increment as well:
+        under a constant load it would let a node creep otherwise.
+        """
+        t = np.zeros(len(rim)) if history.traction is None else history.traction
+        return np.asarray(t - t[rim])
 
     def _estimates(self, history: History) -> tuple[Floats, Floats]:
         """Values that compliances tie to: p̂, zero unless augmented, and t̂ [Pa]."""

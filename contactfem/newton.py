@@ -19,6 +19,7 @@ from contactfem.timers import Timers
 CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
+TURNED_OVER = "the residual is not a number: a cell was turned inside out"
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
 DIRECT_SOLVER = {
@@ -170,6 +171,8 @@ class NewtonSolver:
             reason = f"linear solver failed (PETSc error {error.ierr})"
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
         code = self._snes.getConvergedReason()
+        if code == DIVERGED_NAN and not self._reason:
+            self._reason = TURNED_OVER
         reason = "" if code > 0 else self._reason or f"PETSc SNES reason {code}"
         return SolveReport(code > 0, reason, len(self._residuals) - 1, tuple(self._residuals))
 
@@ -232,11 +235,15 @@ class NewtonSolver:
         stands = bool(self._statuses and self._statuses[-1] == status) or (
             its == 0 and self._step.known
         )
+        # A node on the limit of friction or of contact may change status by round-off for ever:
+        # if the residual is small with either status, both describe the same equilibrium.
+        small = self._residuals[-2:]
+        stands = stands or (len(small) == 2 and max(small) <= self.tolerance)
         stands = stands and not self._kept
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
         if not np.isfinite(norm):
-            self._reason = "the residual is not a number: a cell was turned inside out"
+            self._reason = TURNED_OVER
             return DIVERGED_NAN
         if norm <= max(self.tolerance * scale, ROUND_OFF * self._stiffness) and stands:
             return CONVERGED

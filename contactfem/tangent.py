@@ -93,7 +93,7 @@ def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_m
     op, history = c.operators, c.history
     j, e = entries.row, np.arange(len(entries.row))
     first = 2 * n_nodes
-    p, t = c.pressure - c.pressure[c.rim], c.traction - c.traction[c.rim]
+    p, t = c.pressure - c.pressure[c.rim], c.rim_traction
     slope = c.kappa_slope / op.full
     active, stick = c.active[j], (c.status == Status.STICK)[j]
     is_D, is_gap, is_M = entries.col == D_ENTRY, entries.col == GAP_ENTRY, entries.col >= 0
@@ -144,7 +144,7 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
         ],
         shape,
     )  # fmt: skip
-    p, t = c.pressure - c.pressure[rim], c.traction - c.traction[rim]
+    p, t = c.pressure - c.pressure[rim], c.rim_traction
     by_full = -c.kappa_slope * op.cover / op.full
     through_lengths = _matrix(
         [

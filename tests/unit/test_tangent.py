@@ -43,7 +43,8 @@ class Scene:
         law = ContactLaw(kinds.get(name, Coulomb(MU)), c, 1.0, 0.7, 1.0, 0.3, soft, 2.0 * soft)
         self.contact = Contact(comm, mesh, law)
         operators = self.contact.operators(start)
-        self.history = History(operators.D, operators.M, dt=0.01)
+        past = 0.1 * rng.normal(size=n)
+        self.history = History(operators.D, operators.M, traction=past, dt=0.01)
         self.x = start + 0.004 * rng.normal(size=start.shape)
         normal = nodal_normals(mesh, self.x).n
         p, t = rng.uniform(-0.2, 1.0, (n, 1)), 0.35 * rng.normal(size=(n, 1))
