@@ -166,7 +166,7 @@ def _of_interface(
 ) -> dict[str, float]:
     active = np.isin(table.status, ACTIVE)
     carrier = carriers(table)
-    pressure, traction = table.pressure[carrier], table.traction[carrier]
+    pressure = table.pressure[carrier]
     weights = table.cover * table.facet_length
     values = {
         "pressure_max": float(np.max(table.pressure, where=active, initial=0.0)),
