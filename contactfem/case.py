@@ -44,8 +44,12 @@ class Time(Model):
 
 
 class Solver(Model):
-    """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options."""
+    """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options.
 
+    `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle).
+    """
+
+    system: Literal["condensed", "saddle"] = "condensed"
     tolerance: Fraction = 1e-10
     max_iterations: Annotated[Count, Field(ge=1)] = 30
     max_cutbacks: Count = 8

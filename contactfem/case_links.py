@@ -90,6 +90,11 @@ def _interfaces(case: Case) -> Iterator[str]:
                 yield f"{key}.mortar = {sides.mortar}: must be 'body.surface'"
             else:
                 yield _unknown(f"{key}.mortar", sides.mortar, "obstacle", case.obstacles)
+        if sides.multiplier == "standard" and case.solver.system != "saddle":
+            yield (
+                f"{key}.multiplier = standard: cannot be eliminated; "
+                f'set solver.system = "saddle" or multiplier = "dual"'
+            )
         if sides.mortar == sides.nonmortar:
             yield f"{key}.mortar = {sides.mortar}: is the nonmortar side too; give another surface"
         first = carriers.setdefault(sides.nonmortar, name)

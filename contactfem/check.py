@@ -112,6 +112,8 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "mechanics", f"{case.dimension}, {strain}, without inertia"
     count = len(case.interfaces)
     yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
+    if case.interfaces:
+        yield "multipliers", _multipliers(case)
     friction = [
         f"{sides.friction.words()} ({name})"
         for name, sides in case.interfaces.items()
@@ -135,6 +137,15 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "expected", f"{len(case.expect)} numbers" if case.expect else "nothing"
     if case.variants:
         yield "variants", ", ".join(case.variants)
+
+
+def _multipliers(case: Case) -> str:
+    """Kind of the multipliers, and whether they are unknowns."""
+    names = [n for n, sides in case.interfaces.items() if sides.multiplier == "standard"]
+    some = len(names) < len(case.interfaces)
+    kinds = (["dual"] if some else []) + ([f"standard ({', '.join(names)})"] if names else [])
+    unknowns = {"condensed": "eliminated", "saddle": "unknowns of a saddle-point system"}
+    return f"{', '.join(kinds)}; {unknowns[case.solver.system]}"
 
 
 def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:

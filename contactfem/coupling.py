@@ -1,5 +1,7 @@
 """Which matrix entries contact may fill: a pattern wider than needed, renewed when left."""
 
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -25,7 +27,6 @@ class Coupling:
         mesh = nodes.mesh
         self._nonmortar = _adjacency(mesh.nonmortar, mesh.n_nonmortar)
         self._mortar = _adjacency(mesh.mortar, mesh.n_nodes)
-        self._bulk_columns = self._columns_of_nonmortar_rows()
         self._keys = np.empty(0, np.int64)
         self.wide = sp.csr_matrix((mesh.n_nonmortar, mesh.n_nodes), dtype=np.int32)
 
@@ -58,18 +59,24 @@ class Coupling:
 
     def pattern(self) -> sp.csr_matrix:
         """Entries that contact may fill in this rank's rows, (n_local, n_global)."""
-        mesh, n = self._nodes.mesh, self._system.numbering
+        rows, columns = self.reach()
+        to_unknown = self._to_unknown()
+        across = columns @ to_unknown + self._nonmortar @ self._bulk_columns
+        return block_pattern(self._system, rows @ to_unknown, across)
+
+    def reach(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Nodes that forces of a multiplier act on, and that its condition and they depend on.
+
+        Returns:
+            Two patterns (n_nonmortar, n_nodes).
+        """
+        mesh = self._nodes.mesh
         used = sp.diags((np.diff(self.wide.indptr) > 0).astype(np.int32))
         own = sp.eye(mesh.n_nonmortar, mesh.n_nodes, dtype=np.int32, format="csr")
-        rows = used @ (own + self.wide)
         reach = own
         for _ in range(NORMAL_REACH):
             reach = self._nonmortar @ reach
-        columns = reach + self._nonmortar @ self.wide
-        to_unknown = self._to_unknown()
-        across = columns @ to_unknown + self._nonmortar @ self._bulk_columns
-        places = _pattern(to_unknown.T @ _pattern(rows.T @ across))
-        return places[n.first : n.first + n.n_local]
+        return used @ (own + self.wide), reach + self._nonmortar @ self.wide
 
     def _to_unknown(self) -> sp.csr_matrix:
         """Nodes to their unknowns, (n_nodes, n_global)."""
@@ -79,7 +86,8 @@ class Coupling:
         ones = np.ones(len(node), np.int32)
         return sp.coo_matrix((ones, (node, unknown[node, component])), shape).tocsr()
 
-    def _columns_of_nonmortar_rows(self) -> sp.csr_matrix:
+    @cached_property
+    def _bulk_columns(self) -> sp.csr_matrix:
         """Columns of the bulk rows of every nonmortar node, on all ranks; collective."""
         n, pattern = self._system.numbering, self._system.pattern
         unknown = self._nodes.unknown[: self._nodes.mesh.n_nonmortar]
@@ -89,6 +97,22 @@ class Coupling:
         row, col = (np.concatenate(p) for p in zip(*parts, strict=True))
         shape = (len(unknown), n.n_global)
         return _pattern(sp.coo_matrix((np.ones(len(row), np.int32), (row, col)), shape).tocsr())
+
+
+def block_pattern(system: System, rows: sp.csr_matrix, columns: sp.csr_matrix) -> sp.csr_matrix:
+    """Places of blocks: each block has some rows and some columns.
+
+    Args:
+        system: The system.
+        rows: Rows of each block, (blocks, n_global).
+        columns: Columns of each block, (blocks, n_global).
+
+    Returns:
+        Pattern of this rank's rows, (n_local, n_global).
+    """
+    n = system.numbering
+    places = _pattern(_pattern(rows).T @ _pattern(columns))
+    return places[n.first : n.first + n.n_local]
 
 
 def _adjacency(facets: Ints, n: int) -> sp.csr_matrix:

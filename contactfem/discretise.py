@@ -94,7 +94,8 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
                 held.append(f"{condition.on}.{axis}")
             for axis, table in (condition.grip.force if condition.grip else {}).items():
                 grips.append(Grip(index[condition.body], vertices, AXES.index(axis), table))
-        system = System(comm, list(bodies.values()), prescribed, grips)
+        kept = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
+        system = System(comm, list(bodies.values()), prescribed, grips, kept)
         interfaces = tuple(
             Interface(name, *_interface(case, name, system, index, meshes))
             for name in case.interfaces
@@ -102,6 +103,12 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
         _refuse_shared_nodes(interfaces)
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
     return Discretisation(bodies, system, interfaces, tuple(held), unheld)
+
+
+def _multipliers(case: Case, meshes: dict[str, BodyMesh]) -> int:
+    """Number of components of the multipliers of all interfaces."""
+    sides = [interface.nonmortar.partition(".") for interface in case.interfaces.values()]
+    return sum(meshes[body].surface(surface).X.size for body, _, surface in sides)
 
 
 def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
@@ -204,7 +211,7 @@ def _interface(
         body, _, surface = interface.mortar.partition(".")
         mortar = BodySide(index[body], meshes[body].surface(surface))
         E_mortar = system.bodies[index[body]].law.youngs_modulus
-    nodes = InterfaceNodes(system, nonmortar, mortar)
+    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier)
     lengths = _lengths(nodes.X, nodes.mesh.nonmortar)
     around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
     h = around / np.bincount(nodes.mesh.nonmortar.ravel())

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from contactfem.meshes.data import Surface
-from contactfem.surfaces import Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Basis, Floats, InterfaceMesh, Ints
 from contactfem.system import System
 from contactfem.tables import Table
 
@@ -41,9 +41,16 @@ class InterfaceNodes:
         system: The system.
         nonmortar: Nonmortar side.
         mortar: Mortar side.
+        basis: Of the multiplier.
     """
 
-    def __init__(self, system: System, nonmortar: BodySide, mortar: BodySide | RigidSide) -> None:
+    def __init__(
+        self,
+        system: System,
+        nonmortar: BodySide,
+        mortar: BodySide | RigidSide,
+        basis: Basis = "dual",
+    ) -> None:
         self.comm = system.comm
         self._rigid = mortar if isinstance(mortar, RigidSide) else None
         first, second = (
@@ -62,7 +69,7 @@ class InterfaceNodes:
         self.unknown = self.comm.allreduce(found) - 1
         tied = (self.unknown >= 0) & (self.unknown < len(system.grips))
         free = (self.unknown >= 0) & ~tied
-        self.mesh = InterfaceMesh(n, first.facets, second.facets + n, self.X, free)
+        self.mesh = InterfaceMesh(n, first.facets, second.facets + n, self.X, free, basis)
         self._system = system
 
     @property

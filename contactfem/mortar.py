@@ -1,4 +1,4 @@
-"""Dual mortar operators D, M and the weighted gap, with their derivatives (9)-(11)."""
+"""Mortar operators D, M and the weighted gap, with their derivatives: (9)-(11), or (7) and (8)."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from contactfem.blocks import block_rows
 from contactfem.segments import Segments
-from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints, NormalField
+from contactfem.surfaces import Basis, Bools, Floats, InterfaceMesh, Ints, NormalField
 
 TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
 FULL = (1.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0)  # ∫ N N of a whole facet, stands in for an uncovered one
@@ -20,6 +20,12 @@ class Mortar:
 
     D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a
     mortar entry, the nonmortar nodes without multiplier (modified basis): always Σ_l M_jl = D_jj.
+
+    Standard multipliers have Φ_j = N_j and a mass matrix ∫ Φ_j N_k that is not diagonal. D_jj is
+    then its row sum ∫ Φ_j, and what remains, D_jj δ_jk - ∫ Φ_j N_k, stands in M: the nodal forces
+    D_jj λ_j - Σ_l M_jl λ_j and the slip w_j are the unlumped ones. D_jj only makes a mean gap and
+    a mean slip of the weighted ones, which the conditions p_j g_j = 0 and t_j s_j >= 0 at nodes
+    belong to: they are the exact ones of multipliers with p_j >= 0 and |t_j| <= μ p_j.
 
     Attributes:
         row: Nonmortar node j of every entry, shape (e,).
@@ -36,10 +42,11 @@ class Mortar:
 
 
 def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: NormalField) -> Mortar:
-    """Mortar operators of segments, with the dual basis on the covered part of each facet.
+    """Mortar operators of segments, with the multiplier's basis on the covered part of each facet.
 
-    On a facet Φ = A N, A = diag(d) m⁻¹ with m = ∫ N Nᵀ and d = ∫ N over its covered part; where the
-    other node of the facet carries no multiplier Φ_k = 1 instead.
+    On a facet Φ = A N, A = diag(d) m⁻¹ with m = ∫ N Nᵀ and d = ∫ N over its covered part for dual
+    multipliers, A = 1 for standard ones; where the other node of the facet carries no multiplier
+    Φ_k = 1 instead.
 
     Args:
         mesh: The interface.
@@ -56,21 +63,33 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     ends = mesh.nonmortar[facets]
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * np.hypot(edge[:, 0], edge[:, 1])
-    A, dA = _dual_basis(np.where(covered[:, None], m, FULL), mesh.carries[ends])
-    rows, cols = _places(mesh, segments, ends[e])
-    blocks = _coefficients(A[e])
+    A, dA = _basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
+    lumped = mesh.carries[ends].all(1)[e] if mesh.basis == "standard" else None
+    rows, cols = _places(mesh, segments, ends[e], lumped)
+    blocks = _coefficients(A[e], lumped)
     used = (covered[e][:, None, None] & (rows >= 0)).ravel()
     value = np.einsum("sktq,sq->skt", blocks, segments.integrals).ravel()[used]
     row, col = rows.ravel()[used], cols.ravel()[used]
     if segments.derivatives is None:
         return Mortar(row, col, value, None)
     dq, nodes = _integral_derivatives(mesh, segments, normals)
-    width = 2 * mesh.n_nodes
-    dm = _sums(e, len(facets)) @ block_rows(dq[:, :3], nodes, width)
-    by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(len(e), 10, 3)
-    direct = block_rows(blocks.reshape(len(e), 10, 7) @ dq, nodes, width)
-    derivative = direct + block_rows(by_basis, e[:, None], 3 * len(facets)) @ dm
+    count, width = rows.shape[1] * rows.shape[2], 2 * mesh.n_nodes
+    derivative = block_rows(blocks.reshape(len(e), count, 7) @ dq, nodes, width)
+    if dA is not None:
+        dm = _sums(e, len(facets)) @ block_rows(dq[:, :3], nodes, width)
+        by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e])
+        by_mass = by_basis.reshape(len(e), count, 3)
+        derivative = derivative + block_rows(by_mass, e[:, None], 3 * len(facets)) @ dm
     return Mortar(row, col, value, derivative[used])
+
+
+def _basis(m: Floats, carries: Bools, basis: Basis) -> tuple[Floats, Floats | None]:
+    """A of Φ = A N (f, 2, 2) and its derivative by (m11, m12, m22), None where that is zero."""
+    if basis == "dual":
+        return _dual_basis(m, carries)
+    A = np.tile(np.eye(2), (len(m), 1, 1))
+    A[~carries[:, ::-1]] = 1.0
+    return A, None
 
 
 def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
@@ -93,21 +112,35 @@ def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
     return A, dA
 
 
-def _places(mesh: InterfaceMesh, segments: Segments, ends: Ints) -> tuple[Ints, Ints]:
-    """Row and column of the five entries (D, g, M_c, M_d, M_other) of both nodes, (s, 2, 5)."""
+def _places(
+    mesh: InterfaceMesh, segments: Segments, ends: Ints, lumped: Bools | None
+) -> tuple[Ints, Ints]:
+    """Row and column of the entries (D, g, M_c, M_d, M_other, M_own) of both nodes, (s, 2, 6).
+
+    Without the last, (s, 2, 5), for dual multipliers (`lumped` None).
+    """
     carries = mesh.carries[ends]
-    rows = np.where(carries, ends, -1)[:, :, None].repeat(5, 2)
-    rows[:, :, 4][carries[:, ::-1]] = -1
-    cols = np.empty((len(ends), 2, 5), np.int64)
+    count = 5 if lumped is None else 6
+    rows = np.where(carries, ends, -1)[:, :, None].repeat(count, 2)
+    cols = np.empty((len(ends), 2, count), np.int64)
     cols[:, :, 0], cols[:, :, 1] = D_ENTRY, GAP_ENTRY
     cols[:, :, 2:4] = mesh.mortar[segments.facets[:, 1]][:, None, :]
     cols[:, :, 4] = ends[:, ::-1]
+    if lumped is None:
+        rows[:, :, 4][carries[:, ::-1]] = -1
+    else:
+        cols[:, :, 5] = ends
+        rows[~lumped, :, 5] = -1
     return rows, cols
 
 
-def _coefficients(A: Floats) -> Floats:
-    """Entries (D, g, M_c, M_d, M_other) as linear functions of the integrals, (s, 2, 5, 7)."""
-    W = np.zeros((len(A), 2, 5, 7))
+def _coefficients(A: Floats, lumped: Bools | None) -> Floats:
+    """Entries as linear functions of the integrals, (s, 2, 5 or 6, 7); see `_places`.
+
+    M_other and M_own are D_jj δ_jk - ∫ Φ_j N_k: ∓ ∫ N_1 N_2 where two standard multipliers share
+    the facet (`lumped`), minus ∫ N_other where only one stands on it.
+    """
+    W = np.zeros((len(A), 2, 5 if lumped is None else 6, 7))
     d = np.array(((1.0, 1, 0, 0, 0, 0, 0), (0, 1.0, 1, 0, 0, 0, 0)))  # ∫ N_i
     zeta = np.eye(7)[3:5]  # ∫ N_i ζ
     W[:, :, 0] = d
@@ -115,6 +148,9 @@ def _coefficients(A: Floats) -> Floats:
     W[:, :, 2] = A @ (d - zeta)
     W[:, :, 3] = A @ zeta
     W[:, :, 4] = -d[::-1]
+    if lumped is not None:
+        W[lumped, :, 4] = -np.eye(7)[1]
+        W[lumped, :, 5] = np.eye(7)[1]
     return W
 
 

@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
 from contactfem.laws import Trial
+from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
 from contactfem.system import System
 from contactfem.timers import Timers
@@ -30,6 +31,7 @@ DIRECT_SOLVER = {
     "mat_mumps_icntl_7": "2",  # AMF: a third faster than the default ordering in 2D
     "mat_mumps_icntl_14": "60",
 }
+PIVOTING = {"mat_mumps_icntl_6": "7"}  # rows of multipliers have zeros on the diagonal
 
 
 @dataclass(frozen=True)
@@ -92,9 +94,10 @@ class NewtonSolver:
         timers: Timers,
     ) -> None:
         self.system, self.timers = system, timers
-        self.condensed = Condensed(system, interfaces, timers)
+        kept = len(system.numbering.multipliers) > 0
+        self.equations = (Saddle if kept else Condensed)(system, interfaces, timers)
         self.tolerance, self.max_iterations = tolerance, max_iterations
-        self._options = DIRECT_SOLVER | dict(options)
+        self._options = DIRECT_SOLVER | (PIVOTING if kept else {}) | dict(options)
         stiffness = max(body.law.youngs_modulus for body in system.bodies)
         self._stiffness = stiffness * _extent(system)
         self._snes = self._create()
@@ -177,7 +180,7 @@ class NewtonSolver:
         return SolveReport(code > 0, reason, len(self._residuals) - 1, tuple(self._residuals))
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
-        """Condensed residual."""
+        """Residual with contact."""
         first = self._evaluations == 0
         if not first:  # between the factorisation and here SNES did one solve and one update
             self.timers.add("solve", time.perf_counter() - self._solve_started)
@@ -190,15 +193,15 @@ class NewtonSolver:
         with self.timers.book("contact.conditions"):
             positions = self.positions()
             starts = self._step.starts if first else (None,) * len(positions)
-            found = self.condensed.evaluate(positions, self._step.histories, starts, out)
+            found = self.equations.evaluate(positions, self._step.histories, starts, out)
             self._kept = self._lost(found)
             if self._kept:
                 starts = tuple(
                     Trial(c.status, c.direction) if k in self._kept else starts[k]
                     for k, c in enumerate(self.conditions)
                 )
-                self.condensed.bulk.copy(out)
-                found = self.condensed.evaluate(positions, self._step.histories, starts, out)
+                self.equations.bulk.copy(out)
+                found = self.equations.evaluate(positions, self._step.histories, starts, out)
             self.conditions = found
             self.history.append(found)
 
@@ -220,7 +223,7 @@ class NewtonSolver:
     def positions(self) -> list[Floats]:
         """Current positions of the nodes of every interface [m]; collective."""
         t, ramp_end = self._step.t, self._step.ramp_end
-        return [i.nodes.positions(t, ramp_end) for i in self.condensed.interfaces]
+        return [i.nodes.positions(t, ramp_end) for i in self.equations.interfaces]
 
     def _test(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """Converged when the scaled residual is small and the status stands."""
@@ -262,11 +265,11 @@ class NewtonSolver:
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
-        """Condensed tangent, factorised here so that its time is booked."""
+        """Tangent with contact, factorised here so that its time is booked."""
         with self.timers.book("contact.pattern"):
-            self.condensed.prepare(self.conditions)
-        self.condensed.fill(self.conditions, self._jumps)
-        A = self.condensed.tangent()
+            self.equations.prepare(self.conditions)
+        self.equations.fill(self.conditions, self._jumps)
+        A = self.equations.tangent()
         damping = self._damping()
         if damping < 1.0:
             A.scale(1.0 / damping)

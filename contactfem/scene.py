@@ -282,11 +282,15 @@ class Friction(Model):
 
 
 class Interface(Model):
-    """Two sides that may touch: "body.surface", and "body.surface" or an obstacle."""
+    """Two sides that may touch: "body.surface", and "body.surface" or an obstacle.
+
+    `multiplier`: dual functions, or the shape functions, which need the saddle-point system.
+    """
 
     nonmortar: str
     mortar: str
     search_radius: Annotated[Length, Field(gt=0)] | None = None
+    multiplier: Literal["dual", "standard"] = "dual"
     normal: NormalLaw = Field(default_factory=NormalLaw)
     friction: Friction | None = None
 

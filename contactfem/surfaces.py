@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +14,7 @@ from contactfem.blocks import block_rows
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Basis = Literal["dual", "standard"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class InterfaceMesh:
         mortar: Mortar facets, shape (m, 2).
         X: Reference coordinates of all nodes [m], shape (n, 2).
         free: Components of each node that contact may move, shape (n, 2).
+        basis: Functions that the multiplier is made of: dual ones (9), or the shape functions (7).
     """
 
     n_nonmortar: int
@@ -34,6 +37,7 @@ class InterfaceMesh:
     mortar: Ints
     X: Floats
     free: Bools
+    basis: Basis = "dual"
 
     @property
     def n_nodes(self) -> int:

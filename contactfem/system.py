@@ -48,6 +48,7 @@ class Numbering:
     Attributes:
         unknown: Of every body's local scalar dofs, int64; -1 where prescribed.
         grips: Of the grips.
+        multipliers: Of contact multipliers that are unknowns.
         first: First number of this rank.
         n_local: Numbers of this rank.
         n_global: Numbers of all ranks.
@@ -55,6 +56,7 @@ class Numbering:
 
     unknown: tuple[Ints, ...]
     grips: Ints
+    multipliers: Ints
     first: int
     n_local: int
     n_global: int
@@ -65,14 +67,16 @@ def number(
     bodies: Sequence[BodyProblem],
     prescribed: Sequence[Prescribed],
     grips: Sequence[Grip],
+    n_multipliers: int = 0,
 ) -> Numbering:
-    """Number all unknowns: rank by rank, on each the grips (first rank), then body by body.
+    """Number all unknowns: rank by rank; on the first grips and multipliers, then body by body.
 
     Args:
         comm: All ranks.
         bodies: The bodies.
         prescribed: Prescribed motions.
         grips: Grips.
+        n_multipliers: Number of contact multipliers.
 
     Returns:
         The numbering.
@@ -92,9 +96,10 @@ def number(
         raise CaseError("a grip's free component is held by another condition at some vertex")
     owned = [body.V.dofmap.index_map.size_local * body.V.dofmap.index_map_bs for body in bodies]
     counts = [int((a[:n] == -2).sum()) for a, n in zip(own, owned, strict=True)]
-    n_local = sum(counts) + (len(grips) if comm.rank == 0 else 0)
+    others = len(grips) + n_multipliers if comm.rank == 0 else 0
+    n_local = sum(counts) + others
     first = sum(comm.allgather(n_local)[: comm.rank])
-    start = first + (len(grips) if comm.rank == 0 else 0)
+    start = first + others
     unknown = []
     for body, a, n, count in zip(bodies, own, owned, counts, strict=True):
         vector = la.vector(body.V.dofmap.index_map, body.V.dofmap.index_map_bs, dtype=np.float64)
@@ -107,7 +112,11 @@ def number(
             result[a == -3 - k] = k
         unknown.append(result)
         start += count
-    return Numbering(tuple(unknown), np.arange(len(grips)), first, n_local, comm.allreduce(n_local))
+    multipliers = len(grips) + np.arange(n_multipliers)
+    n_global = comm.allreduce(n_local)
+    return Numbering(
+        tuple(unknown), np.arange(len(grips)), multipliers, first, n_local, n_global
+    )
 
 
 class System:
@@ -118,6 +127,7 @@ class System:
         bodies: The bodies.
         prescribed: Prescribed motions.
         grips: Grips.
+        n_multipliers: Number of contact multipliers that are unknowns, beside the bodies' dofs.
     """
 
     def __init__(
@@ -126,9 +136,11 @@ class System:
         bodies: Sequence[BodyProblem],
         prescribed: Sequence[Prescribed],
         grips: Sequence[Grip],
+        n_multipliers: int = 0,
     ) -> None:
         self.comm, self.bodies, self.grips = comm, tuple(bodies), tuple(grips)
-        self.numbering = number(comm, bodies, prescribed, grips)
+        self.numbering = number(comm, bodies, prescribed, grips, n_multipliers)
+        self.multipliers = np.zeros(n_multipliers)
         self.prescribed = tuple(prescribed)
         self._held = [
             (bodies[p.body], bodies[p.body].dofs(p.vertices, p.component), p.value)
@@ -184,11 +196,15 @@ class System:
         return [jump if m else None for m, jump in zip(anywhere, jumps, strict=True)]
 
     def spread(self, x: PETSc.Vec) -> None:
-        """Write the unknowns into the bodies' displacements; collective."""
+        """Write the unknowns into the bodies' displacements and `multipliers`; collective."""
         for body, (scatter, local) in zip(self.bodies, self._scatters, strict=True):
             local.array[:] = body.u.x.array
             scatter.scatter(x, local)
             body.u.x.array[:] = local.array
+        if len(self.multipliers):
+            if self.comm.rank == 0:
+                self.multipliers[:] = x.array_r[self.numbering.multipliers]
+            self.comm.Bcast(self.multipliers)
 
     def residual(self, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[Floats]:
         """Internal minus external forces without contact, over the unknowns; collective.

@@ -21,7 +21,7 @@ PARALLEL = """
     compat meshing
     blocks surfaces segments mortar
     contact
-    mechanics system tangent interface coupling condensed
+    mechanics system tangent interface coupling condensed saddle
     newton
     fields discretise diagnosis state gathering recorder run
     cli_run cli
