@@ -63,7 +63,7 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     ends = mesh.nonmortar[facets]
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * np.hypot(edge[:, 0], edge[:, 1])
-    A, dA = _basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
+    A, dA = basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
     lumped = mesh.carries[ends].all(1)[e] if mesh.basis == "standard" else None
     rows, cols = _places(mesh, segments, ends[e], lumped)
     blocks = _coefficients(A[e], lumped)
@@ -83,9 +83,19 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     return Mortar(row, col, value, derivative[used])
 
 
-def _basis(m: Floats, carries: Bools, basis: Basis) -> tuple[Floats, Floats | None]:
-    """A of Φ = A N (f, 2, 2) and its derivative by (m11, m12, m22), None where that is zero."""
-    if basis == "dual":
+def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None]:
+    """Basis of the multiplier on facets, Φ = A N.
+
+    Args:
+        m: ∫ N1N1, N1N2, N2N2 over the covered part of each facet [m], shape (f, 3).
+        carries: Whether the two nodes of each facet carry a multiplier, shape (f, 2).
+        kind: Dual or standard functions.
+
+    Returns:
+        A [-], shape (f, 2, 2), and its derivative by m [1/m], shape (f, 2, 2, 3); None where A does
+        not depend on m.
+    """
+    if kind == "dual":
         return _dual_basis(m, carries)
     A = np.tile(np.eye(2), (len(m), 1, 1))
     A[~carries[:, ::-1]] = 1.0

@@ -31,7 +31,8 @@ DIRECT_SOLVER = {
     "mat_mumps_icntl_7": "2",  # AMF: a third faster than the default ordering in 2D
     "mat_mumps_icntl_14": "60",
 }
-PIVOTING = {"mat_mumps_icntl_6": "7"}  # rows of multipliers have zeros on the diagonal
+# Rows of multipliers have zeros on the diagonal: permuted, and room for pivots that have to wait
+PIVOTING = {"mat_mumps_icntl_6": "5", "mat_mumps_icntl_14": "200"}
 
 
 @dataclass(frozen=True)

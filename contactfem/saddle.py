@@ -12,16 +12,16 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 
+from petsc4py import PETSc
+
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
 from contactfem.coupling import Coupling, block_pattern
 from contactfem.laws import Status, Trial
-from contactfem.surfaces import Floats, Ints
+from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import System
 from contactfem.tangent import Tangent, linearise
 from contactfem.timers import Timers
-
-from petsc4py import PETSc
 
 
 class Saddle(Condensed):
@@ -181,7 +181,7 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
     return length, np.where(c.status == Status.STICK, length, full), full
 
 
-def _conditioned(interface: Interface, c: Conditions) -> np.ndarray:
+def _conditioned(interface: Interface, c: Conditions) -> Bools:
     """Components of multipliers that stand in contact conditions, (n_nonmortar, 2)."""
     return np.asarray(c.active[:, None] & interface.nodes.mesh.free[: len(c.active)])
 

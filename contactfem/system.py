@@ -114,9 +114,7 @@ def number(
         start += count
     multipliers = len(grips) + np.arange(n_multipliers)
     n_global = comm.allreduce(n_local)
-    return Numbering(
-        tuple(unknown), np.arange(len(grips)), multipliers, first, n_local, n_global
-    )
+    return Numbering(tuple(unknown), np.arange(len(grips)), multipliers, first, n_local, n_global)
 
 
 class System:

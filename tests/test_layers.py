@@ -21,7 +21,7 @@ PARALLEL = """
     compat meshing
     blocks surfaces segments mortar
     contact
-    mechanics system tangent interface coupling condensed saddle
+    mechanics system tangent interface coupling condensed saddle stability
     newton
     fields discretise diagnosis state gathering recorder run
     cli_run cli

@@ -1,0 +1,374 @@
+"""The saddle-point system against the condensed one, standard multipliers, and their stability."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from mpi4py import MPI
+
+from contactfem.case import read_case
+from contactfem.check import check_case
+from contactfem.contact import History
+from contactfem.discretise import discretise
+from contactfem.errors import CaseError
+from contactfem.expect import judge, measure
+from contactfem.laws import Status
+from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
+from contactfem.run import run_case
+from contactfem.saddle import Saddle, row_scales
+from contactfem.segments import cut, find_pairs
+from contactfem.stability import inf_sup, smallest_singular_value
+from contactfem.surfaces import nodal_normals
+from contactfem.timers import Timers
+
+CASES = Path(__file__).parents[2] / "cases"
+SADDLE = "solver.system=saddle"
+SLIDING = """
+title = "Block of rubber dragged over another one, first sticking, then sliding off its facets"
+time = { end = "1 s", step = "0.125 s" }
+[materials.soft]
+youngs_modulus = "10 MPa"
+poisson_ratio = 0.3
+[materials.hard]
+youngs_modulus = "40 MPa"
+poisson_ratio = 0.3
+[bodies.lower]
+material = "soft"
+mesh = { builder = "block", width = "3 mm", height = "1 mm", nx = 14, ny = 4 }
+[bodies.upper]
+material = "hard"
+[bodies.upper.mesh]
+builder = "block"
+width = "1.23 mm"
+height = "0.6 mm"
+corner = ["0.61 mm", "1 mm"]
+nx = 7
+ny = 3
+cell = "triangle"
+[interfaces.sole]
+nonmortar = "upper.bottom"
+mortar = "lower.top"
+friction = { law = "coulomb", coefficient = 0.3 }
+[[conditions]]
+on = "lower.bottom"
+displacement = ["0 mm", "0 mm"]
+[[conditions]]
+on = "upper.top"
+[conditions.displacement]
+x = [["0 s", "0 mm"], ["0.25 s", "0 mm"], ["1 s", "0.7 mm"]]
+y = [["0 s", "0 mm"], ["0.25 s", "-0.15 mm"]]
+"""
+
+
+@pytest.fixture
+def sliding(tmp_path):
+    path = tmp_path / "sliding.toml"
+    path.write_text(SLIDING)
+    return path
+
+
+def solve(path, *overrides, variant=None, comm=MPI.COMM_SELF):
+    """Run a case, without files."""
+    result = run_case(read_case(path, overrides, variant), comm, None)
+    assert result.converged, result.message
+    return result
+
+
+def assert_same(a, b, tolerance=1e-9):
+    """Displacements, contact values and their history agree."""
+    moved = max(abs(body.displacement).max() for body in a.bodies)
+    for one, other in zip(a.bodies, b.bodies, strict=True):
+        difference = other.displacement - one.displacement
+        assert abs(difference).max() <= tolerance * abs(one.displacement).max()
+    for one, other in zip(a.interfaces, b.interfaces, strict=True):
+        np.testing.assert_array_equal(other.status, one.status)
+        size = one.pressure.max()
+        assert size > 0
+        for name in ("pressure", "traction"):
+            found, expected = getattr(other, name), getattr(one, name)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * size)
+        np.testing.assert_allclose(other.slip, one.slip, rtol=0, atol=tolerance * moved)
+
+
+@pytest.mark.parametrize("variant", [None, "mesh_1_50", "held_ends", "cover_1e-2", "confined"])
+def test_patch_is_the_same(variant):
+    path = CASES / "patch.toml"
+    assert_same(solve(path, variant=variant), solve(path, SADDLE, variant=variant))
+
+
+def test_frictional_block_is_the_same():
+    """Lift-off, slip and stick on a symmetry line; as many iterations, as status decides them."""
+    path = CASES / "block.toml"
+    condensed, saddle = (solve(path, *o, variant="coarse") for o in ((), (SADDLE,)))
+    assert_same(condensed, saddle)
+    status = saddle.interfaces[0].status
+    assert {Status.NONE, Status.OPEN, Status.STICK, Status.SLIP} == set(status)
+    assert saddle.steps[0].iterations == condensed.steps[0].iterations
+
+
+def test_finite_sliding_is_the_same(sliding):
+    """Large strain, friction, mortar facets passed over; the kept multipliers start each step."""
+    condensed, saddle = solve(sliding), solve(sliding, SADDLE)
+    assert_same(condensed, saddle)
+    table = saddle.interfaces[0]
+    assert (table.status == Status.SLIP).sum() >= 6
+    assert abs(table.slip).max() > 0.2e-3
+    assert len(saddle.steps) == 8
+    assert saddle.steps[-1].iterations <= condensed.steps[-1].iterations + 1
+    assert saddle.steps[-1].residuals[-2] < 1e-6
+
+
+def test_failed_step_gives_multipliers_back(sliding):
+    """One iteration too few for some steps: they are cut, and the end is that of the condensed."""
+    few = "solver.max_iterations=5"
+    condensed, saddle = (solve(sliding, few, *o) for o in ((), (SADDLE,)))
+    assert sum(s.cutbacks for s in saddle.steps) > 0
+    assert [s.dt for s in saddle.steps] == [s.dt for s in condensed.steps]
+    assert_same(condensed, saddle)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("multiplier", ["dual", "standard"])
+def test_ranks_agree(sliding, multiplier):
+    """The first rank keeps the multipliers; the answer is that of one rank."""
+    kind = f"interfaces.sole.multiplier={multiplier}"
+    alone, shared = (solve(sliding, SADDLE, kind, comm=c) for c in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    if MPI.COMM_WORLD.rank == 0:
+        assert_same(alone, shared)
+
+
+class Unbalanced:
+    """The sliding case at a state far from equilibrium, and its residual elsewhere."""
+
+    def __init__(self, path, multiplier, t):
+        case = read_case(path, [SADDLE, f"interfaces.sole.multiplier={multiplier}"])
+        d = discretise(case, MPI.COMM_SELF, Timers())
+        self.system, self.interface, self.t = d.system, d.interfaces[0], t
+        self.equations = Saddle(d.system, d.interfaces, Timers())
+        before = self.interface.contact.operators(self.interface.nodes.positions(0.0, 1.0))
+        self.history = [History(before.D, before.M)]
+        self.system.advance(t, 0.125)
+        rng = np.random.default_rng(0)
+        n = self.interface.nodes.mesh.n_nonmortar
+        pressed = np.column_stack((2e5 * rng.normal(size=n), -8e5 * rng.uniform(-0.2, 1.0, n)))
+        self.x = 2e-6 * rng.normal(size=self.system.numbering.n_global)
+        self.x[: 2 * n] = (pressed / self.interface.contact.law.c[:, None]).ravel()
+        self.conditions, _ = self.at(self.x)
+        self.scales = row_scales(self.interface, self.conditions)
+
+    def at(self, x):
+        """Conditions and the residual, its rows of multipliers with normals and scales held."""
+        self.system.x.array[:] = x
+        self.system.spread(self.system.x)
+        out = self.system.x.duplicate()
+        self.system.residual(out, [None] * len(self.system.bodies))
+        positions = [self.interface.nodes.positions(self.t, 0.125)]
+        (c,) = self.equations.evaluate(positions, self.history, [None], out)
+        return c, out.array.copy()
+
+    def held(self, x):
+        """Residual as the tangent sees it: its combinations of conditions do not turn."""
+        c, residual = self.at(x)
+        assert (c.status == self.conditions.status).all()
+        normals, unknown = self.conditions.operators.normals, x[: residual.size][: 2 * len(c.slip)]
+        rows = (self.scales[0] * c.normal_row)[:, None] * normals.n
+        rows += (self.scales[1] * c.tangential_row)[:, None] * normals.tangent
+        multiplier = self.interface.contact.law.c[:, None] * unknown.reshape(-1, 2)
+        rows = np.where(c.active[:, None], rows, self.scales[2][:, None] * multiplier)
+        residual[: rows.size] = rows.ravel()
+        return residual
+
+
+@pytest.mark.parametrize("multiplier", ["dual", "standard"])
+@pytest.mark.parametrize("t", [0.125, 0.75])
+def test_tangent(sliding, multiplier, t):
+    """The whole matrix against central differences of the whole residual, block by block."""
+    scene = Unbalanced(sliding, multiplier, t)
+    active, start = scene.conditions.active, scene.x
+    assert 4 <= active.sum() < len(active)
+    np.testing.assert_allclose(scene.held(start), scene.at(start)[1], rtol=1e-12)
+    jumps = [None] * len(scene.system.bodies)
+    scene.equations.prepare([scene.conditions])
+    scene.equations.fill([scene.conditions], jumps)
+    indptr, indices, data = scene.equations.tangent().getValuesCSR()
+    matrix = sp.csr_matrix((data, indices, indptr))
+    blocks = slice(2 * len(active)), slice(2 * len(active), None)
+    for columns in blocks:
+        v = np.zeros_like(start)
+        v[columns] = np.random.default_rng(1).normal(size=len(start[columns]))
+        difference = (scene.held(start + 1e-9 * v) - scene.held(start - 1e-9 * v)) / 2e-9
+        exact = matrix @ v
+        for rows in blocks:
+            error = abs(difference - exact)[rows].max()
+            assert error < 1e-6 * abs(exact[rows]).max(), (columns, rows)
+
+
+def entries(mesh, x, differentiate=False):
+    normals = nodal_normals(mesh, x)
+    pairs = find_pairs(mesh, x, normals.n, np.arange(len(mesh.nonmortar)), 0.4)
+    return assemble(mesh, x, cut(mesh, x, normals.n, pairs, differentiate), normals)
+
+
+def matrix_of(mesh, found):
+    """Find D_jj, M and the weighted gap."""
+    D, gap = (
+        np.bincount(found.row[found.col == k], found.value[found.col == k], mesh.n_nonmortar)
+        for k in (D_ENTRY, GAP_ENTRY)
+    )
+    at = found.col >= 0
+    shape = (mesh.n_nonmortar, mesh.n_nodes)
+    return D, sp.coo_matrix((found.value[at], (found.row[at], found.col[at])), shape).toarray(), gap
+
+
+HELD = ((0, 0), (0, 1), (3, 1))
+
+
+@pytest.mark.parametrize("held", [(), HELD])
+def test_standard_operators(chains, held):
+    """D is the mass matrix of the covered facets, its row sums and Σ M_jl = D_jj hold."""
+    mesh, x = chains(nonmortar=6, mortar=8, span=(-0.1, 1.1), held=held)
+    mesh = replace(mesh, basis="standard")
+    D, M, _ = matrix_of(mesh, entries(mesh, x))
+    np.testing.assert_allclose(M.sum(1), D, atol=1e-15)
+    n = mesh.n_nonmortar
+    expected = np.zeros((n, n))
+    for a, b in mesh.nonmortar:
+        h = np.linalg.norm(x[b] - x[a])
+        for j, k in ((a, b), (b, a)):
+            if mesh.carries[j] and mesh.carries[k]:
+                expected[j, [j, k]] += (h / 3, h / 6)
+            elif mesh.carries[j]:  # Φ_j = 1
+                expected[j, [j, k]] += (h / 2, h / 2)
+    np.testing.assert_allclose(np.diag(D) - M[:, :n], expected, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize("held", [(), HELD])
+def test_dual_and_standard_span_the_same_constants(chains, held):
+    """Sums over all multipliers see ΣΦ_j = 1 in both bases: forces of a constant λ are equal."""
+    mesh, x = chains(nonmortar=6, mortar=5, span=(0.1, 0.7), held=held)
+    dual, standard = (
+        matrix_of(mesh, entries(replace(mesh, basis=kind), x)) for kind in ("dual", "standard")
+    )
+    n = mesh.n_nonmortar
+    np.testing.assert_allclose(dual[0], standard[0], rtol=1e-13, atol=1e-16)
+    np.testing.assert_allclose(dual[1][:, n:].sum(0), standard[1][:, n:].sum(0), atol=1e-14)
+    np.testing.assert_allclose(dual[2].sum(), standard[2].sum(), rtol=1e-12)
+    assert abs(dual[1] - standard[1]).max() > 1e-3
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("held", [(), HELD])
+def test_derivatives_of_standard_operators(chains, held, seed):
+    mesh, x = chains(nonmortar=6, mortar=5, span=(0.1, 0.7), held=held, wave=0.1, seed=seed)
+    mesh = replace(mesh, basis="standard")
+    found = entries(mesh, x, differentiate=True)
+    v, h = np.random.default_rng(seed).normal(size=x.shape), 1e-6
+    ahead, behind = entries(mesh, x + h * v), entries(mesh, x - h * v)
+    difference = (ahead.value - behind.value) / (2 * h)
+    for of_gap in (False, True):
+        at = (found.col == GAP_ENTRY) == of_gap
+        exact = (found.derivative @ v.ravel())[at]
+        assert abs(exact - difference[at]).max() <= 1e-7 * abs(exact).max()
+
+
+PATCHES = [
+    None, "mesh_5_3", "mesh_7_4", "mesh_1_50", "mesh_50_1", "held_ends", "held_ends_fine",
+    "cover_1e-2", "cover_1e-6", "cover_1e-12", "cover_by_nonmortar", "triangles_nonmortar",
+    "stiff_mortar", "stiff_nonmortar", "confined",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", PATCHES)
+def test_standard_multipliers_pass_the_patch_test(variant):
+    """Same numbers, same tolerances as the case expects of dual ones: 1e-9 of stress and p."""
+    overrides = [SADDLE, "interfaces.contact.multiplier=standard"]
+    if variant == "stiff_nonmortar":  # forces of a body 1e5 stiffer, on facets 50 times shorter
+        overrides.append('expect."contact.pressure_error_max".max=2e-6')
+    case = read_case(CASES / "patch.toml", overrides, variant)
+    verdicts = judge(case, measure(run_case(case, MPI.COMM_SELF, None)))
+    assert len(verdicts) > 5
+    assert [v for v in verdicts if not v.passed] == []
+
+
+def test_westergaard_with_standard_multipliers():
+    """Wholly in contact both bases have the same accuracy; partly, the edge costs more."""
+    path, kind = CASES / "westergaard.toml", "interfaces.contact.multiplier=standard"
+    for variant, limit in (("full", 0.0025), ("half", 0.011), (None, 0.025)):
+        dual, standard = solve(path, variant=variant), solve(path, SADDLE, kind, variant=variant)
+        errors = [measure(r)["contact.pressure_error_l2"] for r in (dual, standard)]
+        assert errors[1] < limit
+        assert errors[1] < 1.4 * errors[0]
+        center = measure(standard)["contact.pressure_at_center"]
+        exact = {"full": 3.7261498e6, "half": 2.6276604e6, None: 1.8580365e6}[variant]
+        assert abs(center / exact - 1) < 0.005
+
+
+def beta(ratio, refinement, multiplier, stiffening=1.0):
+    """Inf-sup constant of two held blocks with facets in a ratio, nonmortar : mortar."""
+    meshes = [
+        f"bodies.{body}.mesh.{n}={k * refinement}"
+        for body, k in zip(("lower", "upper"), ratio, strict=True)
+        for n in ("nx", "ny")
+    ]
+    held = "conditions.6={on='upper.top', displacement.y='0 mm'}"
+    modulus = f"materials.soft.youngs_modulus={1000 * stiffening} N/mm^2"
+    kind = f"interfaces.contact.multiplier={multiplier}"
+    case = read_case(CASES / "patch.toml", [SADDLE, kind, held, modulus, *meshes])
+    d = discretise(case, MPI.COMM_SELF, Timers())
+    contact, nodes = d.interfaces[0].contact, d.interfaces[0].nodes
+    return inf_sup(d.system, d.interfaces[0], contact.operators(nodes.X))
+
+
+@pytest.mark.parametrize("multiplier", ["dual", "standard"])
+@pytest.mark.parametrize("ratio", [(1, 1), (2, 3), (3, 2), (1, 4), (4, 1), (8, 1)])
+def test_inf_sup_constant_is_bounded(multiplier, ratio):
+    """It settles as h goes to zero, for coarser and for finer nonmortar facets."""
+    found = [beta(ratio, k, multiplier) for k in (2, 4, 8)]
+    assert min(found) > 0.29
+    assert found[2] > 0.85 * found[1]
+    assert (found[2] - found[1]) ** 2 < 0.5 * (found[1] - found[0]) ** 2  # differences decay
+
+
+def test_inf_sup_constant_finds_instability():
+    """Multipliers finer than the only side that can move have pressures that it cannot feel."""
+    for multiplier in ("dual", "standard"):
+        assert beta((3, 2), 4, multiplier, stiffening=1e8) < 1e-3
+        assert beta((2, 3), 4, multiplier, stiffening=1e8) > 0.2
+
+
+def test_smallest_singular_value():
+    """Diagonal matrices: β = min |b| / √(s k)."""
+    B, K, S = (sp.diags(v).tocsr() for v in ((3.0, 1.0, 4.0), (4.0, 1.0, 1.0), (1.0, 1.0, 100.0)))
+    assert smallest_singular_value(B, K, S) == pytest.approx(0.4, rel=1e-12)
+    assert smallest_singular_value(B[[0, 1]], K, S[:2][:, :2]) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_standard_needs_the_saddle_point_system(sliding):
+    with pytest.raises(CaseError, match=r'interfaces\.sole\.multiplier.*solver\.system = "saddle"'):
+        read_case(sliding, ["interfaces.sole.multiplier=standard"])
+
+
+def test_check_says_which_system(sliding):
+    texts = [
+        check_case(read_case(sliding, overrides))
+        for overrides in ([], [SADDLE], [SADDLE, "interfaces.sole.multiplier=standard"])
+    ]
+    for text, words in zip(
+        texts,
+        ("dual; eliminated", "dual; unknowns of", "standard (sole); unknowns of"),
+        strict=True,
+    ):
+        assert words in text
+
+
+def test_condensed_system_has_no_multipliers(sliding):
+    """What is not used costs nothing: neither unknowns nor matrix rows."""
+    sizes = [
+        discretise(read_case(sliding, o), MPI.COMM_SELF, Timers()).system.numbering
+        for o in ([], [SADDLE])
+    ]
+    assert len(sizes[0].multipliers) == 0
+    assert sizes[1].n_global == sizes[0].n_global + 2 * 8
