@@ -64,7 +64,9 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * np.hypot(edge[:, 0], edge[:, 1])
     A, dA = basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
-    lumped = mesh.carries[ends].all(1)[e] if mesh.basis == "standard" else None
+    lumped: Bools | None = None
+    if mesh.basis == "standard":
+        lumped = np.asarray(mesh.carries[ends[e]].all(axis=1))
     rows, cols = _places(mesh, segments, ends[e], lumped)
     blocks = _coefficients(A[e], lumped)
     used = (covered[e][:, None, None] & (rows >= 0)).ravel()

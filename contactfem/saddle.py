@@ -177,7 +177,7 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
         The three factors, (n_nonmortar,) each.
     """
     law, full = interface.contact.law, c.operators.full
-    length = law.stiffness / (1.0 + c.kappa * law.c)
+    length = np.asarray(law.stiffness / (1.0 + c.kappa * law.c), np.float64)
     return length, np.where(c.status == Status.STICK, length, full), full
 
 
