@@ -148,7 +148,7 @@ class NewtonSolver:
         """The same step with better estimates of augmented laws; None if they stand."""
         histories, improved = list(step.histories), False
         for k, (interface, c) in enumerate(
-            zip(self.condensed.interfaces, self.conditions, strict=True)
+            zip(self.equations.interfaces, self.conditions, strict=True)
         ):
             better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.full)
             histories[k] = better or histories[k]

@@ -165,9 +165,9 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
     """Factors that make forces [N/m] of the rows of multipliers.
 
     Of C_n [m]; of C_t, [m] or [Pa]; of an open node's λ [Pa]. Lengths are scaled by the softer
-    modulus, and down where the rim rule ties multipliers, whose unknown it multiplies by κ c;
-    tractions by half the length of the facets, not by D, which may vanish. Newton's step does
-    not depend on them.
+    modulus, and down where a compliance, of a penalty or of the rim rule, multiplies unknowns by
+    κ c; tractions by half the length of the facets, not by D, which may vanish. Newton's step
+    does not depend on them.
 
     Args:
         interface: The interface.
@@ -177,8 +177,9 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
         The three factors, (n_nonmortar,) each.
     """
     law, full = interface.contact.law, c.operators.full
-    length = np.asarray(law.stiffness / (1.0 + c.kappa * law.c), np.float64)
-    return length, np.where(c.status == Status.STICK, length, full), full
+    normal = law.stiffness / (1.0 + (c.kappa + law.normal_compliance) * law.c)
+    stick = law.stiffness / (1.0 + (c.kappa + law.tangential_compliance) * law.c)
+    return np.asarray(normal), np.where(c.status == Status.STICK, stick, full), full
 
 
 def _conditioned(interface: Interface, c: Conditions) -> Bools:

@@ -121,6 +121,18 @@ def test_finite_sliding_is_the_same(sliding):
     assert saddle.steps[-1].residuals[-2] < 1e-6
 
 
+@pytest.mark.parametrize("law", ["penalty", "augmented"])
+def test_other_laws_are_the_same(sliding, law):
+    """Conditions with compliances stand in the rows of multipliers as exact ones do."""
+    normal = f"interfaces.sole.normal.law={law}"
+    condensed, saddle = (solve(sliding, normal, "time.end=0.5 s", *o) for o in ((), (SADDLE,)))
+    assert_same(condensed, saddle)
+    exact = solve(sliding, SADDLE, "time.end=0.5 s")
+    assert abs(exact.interfaces[0].gap[saddle.interfaces[0].status > 0]).max() < 1e-15
+    difference = abs(saddle.interfaces[0].pressure / exact.interfaces[0].pressure - 1)[1:-1]
+    assert difference.max() < (0.2 if law == "penalty" else 1e-3)
+
+
 def test_failed_step_gives_multipliers_back(sliding):
     """One iteration too few for some steps: they are cut, and the end is that of the condensed."""
     few = "solver.max_iterations=5"
