@@ -113,7 +113,7 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     count = len(case.interfaces)
     yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
     if case.interfaces:
-        yield "multipliers", _multipliers(case)
+        yield "system", _system(case)
     friction = [
         f"{sides.friction.words()} ({name})"
         for name, sides in case.interfaces.items()
@@ -139,13 +139,13 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
         yield "variants", ", ".join(case.variants)
 
 
-def _multipliers(case: Case) -> str:
-    """Kind of the multipliers, and whether they are unknowns."""
-    names = [n for n, sides in case.interfaces.items() if sides.multiplier == "standard"]
-    some = len(names) < len(case.interfaces)
-    kinds = (["dual"] if some else []) + ([f"standard ({', '.join(names)})"] if names else [])
-    unknowns = {"condensed": "eliminated", "saddle": "unknowns of a saddle-point system"}
-    return f"{', '.join(kinds)}; {unknowns[case.solver.system]}"
+def _system(case: Case) -> str:
+    """Which system is solved and which multipliers it has."""
+    standard = [n for n, sides in case.interfaces.items() if sides.multiplier == "standard"]
+    kinds = ["dual"] if len(standard) < len(case.interfaces) else []
+    kinds += [f"standard ({', '.join(standard)})"] if standard else []
+    of = {"condensed": "condensed: eliminated", "saddle": "saddle point: unknown"}
+    return f"{of[case.solver.system]} multipliers, {', '.join(kinds)}"
 
 
 def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:

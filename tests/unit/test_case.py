@@ -28,7 +28,7 @@ BROKEN = {
     'interfaces.joint.slave="x"': "interfaces.joint.slave: unknown key; did you mean 'nonmortar'?",
     'interfaces.joint.master="x"': "interfaces.joint.master: unknown key; did you mean 'mortar'?",
     'interfaces.joint.primary="x"': "interfaces.joint.primary: unknown key; known: nonmortar, "
-    "mortar, search_radius, normal, friction",
+    "mortar, search_radius, multiplier, normal, friction",
     "interfaces.joint.friction.mu=0.3": "interfaces.joint.friction.mu: unknown key; did you mean "
     "'coefficient'?",
     'materials.rubber.mu="1 MPa"': "materials.rubber.mu: unknown key; did you mean "
