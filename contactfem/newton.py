@@ -31,7 +31,7 @@ DIRECT_SOLVER = {
     "mat_mumps_icntl_7": "2",  # AMF: a third faster than the default ordering in 2D
     "mat_mumps_icntl_14": "60",
 }
-# Rows of multipliers have zeros on the diagonal: their pivots wait for others, which takes memory. A
+# Rows of multipliers have zeros on the diagonal: pivots wait for others, which takes memory. A
 # permutation by value (icntl_6 = 5) comes with scales of the first status, wrong for later ones.
 PIVOTING = {"mat_mumps_icntl_14": "200"}
 
