@@ -62,6 +62,7 @@ class Saddle(Condensed):
         Returns:
             The conditions of every interface.
         """
+        out.copy(self.bulk)
         result = []
         unknowns = self.system.multipliers.reshape(-1, 2)
         for k, (interface, x) in enumerate(zip(self.interfaces, positions, strict=True)):
