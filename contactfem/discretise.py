@@ -224,7 +224,7 @@ def _interface(
         friction=friction_law(friction),
         c=c,
         c_n=interface.normal.c_factor,
-        c_t=friction.c_factor if friction else 1.0,
+        c_t=interface.normal.c_factor * (friction.c_factor if friction else 1.0),
         stiffness=min(E_nonmortar, E_mortar),
         search_radius=interface.search_radius or max(SEARCH_SHARE * extent, 2 * lengths.max()),
         normal_compliance=normal,

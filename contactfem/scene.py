@@ -234,6 +234,8 @@ class NormalLaw(Model):
 class Friction(Model):
     """Coulomb's law with a `coefficient`, or Tresca's with a shear `limit`; exact.
 
+    `c_factor` is the constant of the active set of friction over that of normal contact: far from 1
+    the status may cycle.
     With a penalty for normal contact it is regularised by c_T = `penalty`, by default
     `penalty_factor` times ε_N. `coefficient_table` gives the coefficient over pressure, slip speed
     or the temperature of the nonmortar side, told apart by units: [["0 MPa", 0.5], ["9 MPa", 0.3]].
