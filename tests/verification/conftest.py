@@ -1,0 +1,50 @@
+"""Run the project's cases, changed where a test needs it, and compare what comes out."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpi4py import MPI
+
+from contactfem.case import read_case
+from contactfem.results import RunResult
+from contactfem.run import run_case
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+@pytest.fixture(scope="session")
+def solved() -> Callable[..., RunResult]:
+    """Run a case of the project: its name, overrides "a.b=c", and perhaps a variant."""
+
+    def run(
+        stem: str, *overrides: str, variant: str | None = None, comm: MPI.Comm = MPI.COMM_SELF
+    ) -> RunResult:
+        case = read_case(CASES / f"{stem}.toml", overrides, variant)
+        result = run_case(case, comm, None)
+        assert result.converged, result.message
+        return result
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def same() -> Callable[..., None]:
+    """Assert that two runs agree along all interfaces: to `rel` of the largest value, same status."""
+
+    def compare(first: RunResult, second: RunResult, rel: float = 1e-9) -> None:
+        assert len(first.interfaces) == len(second.interfaces) > 0
+        for a, b in zip(first.interfaces, second.interfaces, strict=True):
+            assert np.array_equal(a.status, b.status)
+            assert np.ptp(a.x) > 0
+            moved = a.x - a.X
+            scales = {"pressure": a.pressure, "traction": a.pressure, "x": moved, "slip": moved}
+            for name, scale in scales.items():
+                found, expected, atol = getattr(b, name), getattr(a, name), rel * np.abs(scale).max()
+                np.testing.assert_allclose(found, expected, rtol=0, atol=atol, err_msg=name)
+            forces = [np.array(r.steps[-1].forces[a.name]) for r in (first, second)]
+            assert np.abs(forces[0] - forces[1]).max() < rel * np.linalg.norm(forces[0])
+
+    return compare

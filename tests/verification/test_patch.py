@@ -1,0 +1,33 @@
+"""The patch test where a case file cannot go: on several ranks, and with a sign of every error."""
+
+import pytest
+
+from mpi4py import MPI
+
+from contactfem.expect import measure
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("variant", [None, "mesh_50_1", "held_ends", "cover_1e-6", "confined"])
+def test_ranks_agree(solved, same, variant):
+    same(
+        solved("patch", variant=variant),
+        solved("patch", variant=variant, comm=MPI.COMM_WORLD),
+    )
+
+
+@pytest.mark.parametrize("factor", ["1e-4", "100.0"])
+@pytest.mark.parametrize("variant", [None, "cover_1e-2", "free_sides"])
+def test_constant_of_the_active_set_does_not_matter(solved, same, variant, factor):
+    same(
+        solved("patch", variant=variant),
+        solved("patch", f"interfaces.contact.normal.c_factor={factor}", variant=variant),
+    )
+
+
+def test_a_load_that_is_off_is_seen(solved):
+    """One per cent more pressure on one facet beside the small block: no patch any more."""
+    exact = solved("patch", variant="cover_1e-2")
+    off = solved("patch", 'conditions.8.traction.y="-12.53 N/mm^2"', variant="cover_1e-2")
+    assert measure(exact)["contact.pressure_error_max"] < 1e-9
+    assert measure(off)["contact.pressure_error_max"] > 1e-4
