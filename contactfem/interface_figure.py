@@ -60,11 +60,11 @@ class _Strip:
 
 
 def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
-    """Lay out an interface along X, or along Y if it stands upright."""
-    spans = np.ptp(table.X, axis=0)
-    axis = 0 if spans[0] >= 0.2 * spans[1] else 1
-    unit = scale_for(float(np.abs(table.X[:, axis]).max()), "m")
-    s: FloatArray = np.divide(table.X[:, axis], unit.factor)
+    """Lay out an interface along X or Y if it follows one of them, else along its arc."""
+    ways = {"X": table.X[:, 0], "Y": table.X[:, 1], "arc": table.arc}
+    name = next(k for k, way in ways.items() if k == "arc" or _is_monotone(way))
+    unit = scale_for(float(np.abs(ways[name]).max()), "m")
+    s: FloatArray = np.divide(ways[name], unit.factor)
     low, high = float(s.min()), float(s.max())
     ends = zone(table, ACTIVE)
     if ends is not None:
@@ -72,8 +72,14 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
         around = SURROUNDINGS * (edges[1] - edges[0])
         low, high = max(low, edges[0] - around), min(high, edges[1] + around)
     friction = result.case.interfaces[table.name].friction
-    label = quantity_label("XY"[axis], unit.label)
+    label = quantity_label(name, unit.label)
     return _Strip(table, s, table.X[:, 0], label, (low, high), friction)
+
+
+def _is_monotone(values: FloatArray) -> bool:
+    """Whether values only rise or only fall."""
+    steps = np.diff(values)
+    return bool((steps > 0.0).all() or (steps < 0.0).all())
 
 
 def _shade(axes: Axes, strip: _Strip) -> None:

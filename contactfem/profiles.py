@@ -66,8 +66,11 @@ def linearised(table: InterfaceTable) -> InterfaceTable:
         table: the interface, a chain of nodes that walks along x.
 
     Returns:
-        The same interface with these pressures and tractions.
+        The same interface with these pressures and tractions; unchanged where it walks back, as
+        round surfaces do, whose closed forms speak of normal and tangent.
     """
+    if not walks_along_x(table):
+        return table
     forward = math.copysign(1.0, table.X[-1, 0] - table.X[0, 0])
     n, edge = _normals(table.x), np.abs(np.diff(table.X[:, 0]))
     around = np.zeros(len(table.X))
@@ -79,6 +82,12 @@ def linearised(table: InterfaceTable) -> InterfaceTable:
     return replace(
         table, pressure=-forward * stretch * force_y, traction=-forward * stretch * force_x
     )
+
+
+def walks_along_x(table: InterfaceTable) -> bool:
+    """Whether the nodes of an interface follow one another in the direction of x, or against it."""
+    steps = np.diff(table.X[:, 0])
+    return bool((steps > 0.0).all() or (steps < 0.0).all())
 
 
 def _normals(x: FloatArray) -> FloatArray:
