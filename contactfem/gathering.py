@@ -3,16 +3,18 @@
 import numpy as np
 
 from contactfem.case import Case
+from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.fields import nodal_average
 from contactfem.laws import Status
 from contactfem.meshing import gather_vertex_values
 from contactfem.results import BodyPicture, InterfaceTable
 from contactfem.state import State
-from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Floats, InterfaceMesh, Ints
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
 DISPLACEMENT = ("displacement.x", "displacement.y", "displacement.z")
+BARELY = 1e-3  # cover below which the multiplier has lost its digits
 
 
 def body_pictures(discretisation: Discretisation) -> list[BodyPicture]:
@@ -109,7 +111,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     for k, (interface, c) in enumerate(pairs):
         mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
         op = c.operators
-        pressure = rim_pressure(c.pressure, c.rim, op.gap, c.kappa, op.cover, c.active)
+        pressure, traction = rim_values(c)
         status = np.where(mesh.carries, c.status, Status.NONE).astype(np.int8)
         mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
@@ -122,7 +124,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 arc=_arc(mesh, op.x),
                 gap=np.where(np.isfinite(op.gap), op.gap, np.nan),
                 pressure=pressure,
-                traction=c.traction,
+                traction=traction,
                 slip=state.slip[k],
                 status=status,
                 cover=op.cover,
@@ -136,29 +138,24 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     return tables
 
 
-def rim_pressure(
-    pressure: Floats, rim: Ints, gap: Floats, kappa: Floats, cover: Floats, active: Bools
-) -> Floats:
-    """Pressure of barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j.
+def rim_values(c: Conditions) -> tuple[Floats, Floats]:
+    """Pressure and traction, at barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j, t_j = t_k.
 
     λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule, exact at
-    convergence, does not.
+    convergence, does not. Its terms of slip vanish with 1/κ_j.
 
     Args:
-        pressure: p_j from equilibrium [Pa], (n,).
-        rim: Neighbour k of every node, (n,).
-        gap: Mean gap [m], (n,).
-        kappa: Rim compliance [m/Pa], (n,).
-        cover: Covered share [-], (n,).
-        active: Nodes in contact, (n,).
+        c: Conditions at convergence.
 
     Returns:
-        Pressure [Pa], (n,).
+        Pressure and traction [Pa], (n,) each.
     """
-    poor = active & (kappa > 0.0) & (cover < 1e-3)
-    result = pressure.copy()
-    result[poor] = pressure[rim[poor]] - gap[poor] / kappa[poor]
-    return result
+    pressure, traction = c.pressure.copy(), c.traction.copy()
+    poor = c.active & (c.kappa > 0.0) & (c.operators.cover < BARELY)
+    neighbour = c.rim[poor]
+    pressure[poor] = pressure[neighbour] - c.operators.gap[poor] / c.kappa[poor]
+    traction[poor] = traction[neighbour]
+    return pressure, traction
 
 
 def _arc(mesh: InterfaceMesh, x: Floats) -> Floats:

@@ -17,12 +17,19 @@ def test_ranks_agree(solved, same, variant):
 
 
 @pytest.mark.parametrize("factor", ["1e-4", "100.0"])
-@pytest.mark.parametrize("variant", [None, "cover_1e-2", "free_sides"])
+@pytest.mark.parametrize("variant", [None, "cover_1e-2", "cover_1e-12", "free_sides"])
 def test_constant_of_the_active_set_does_not_matter(solved, same, variant, factor):
     same(
         solved("patch", variant=variant),
         solved("patch", f"interfaces.contact.normal.c_factor={factor}", variant=variant),
     )
+
+
+def test_nothing_pulls_along_a_smooth_interface(solved):
+    """Not even at a node that is covered by 1e-12, whose force has no digits left."""
+    (table,) = solved("patch", variant="cover_1e-12").interfaces
+    assert 0 < table.cover.min(where=table.cover > 0, initial=1) < 2e-12
+    assert abs(table.traction).max() < 1e-9 * table.pressure.max()
 
 
 def test_a_load_that_is_off_is_seen(solved):
