@@ -139,8 +139,9 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
 
 
 def rim_values(c: Conditions) -> tuple[Floats, Floats]:
-    """Pressure and traction, at barely covered nodes from the rim rule, p_j = p_k - g_j/κ_j, t_j = t_k.
+    """Pressure and traction, with the rim rule where a node is barely covered.
 
+    There p_j = p_k - g_j/κ_j and t_j = t_k.
     λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule, exact at
     convergence, does not. Its terms of slip vanish with 1/κ_j.
 

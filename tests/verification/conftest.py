@@ -32,7 +32,7 @@ def solved() -> Callable[..., RunResult]:
 
 @pytest.fixture(scope="session")
 def same() -> Callable[..., None]:
-    """Assert that two runs agree along all interfaces: to `rel` of the largest value, same status."""
+    """Assert that two runs agree along all interfaces to `rel` of the largest value."""
 
     def compare(first: RunResult, second: RunResult, rel: float = 1e-9) -> None:
         assert len(first.interfaces) == len(second.interfaces) > 0
@@ -42,7 +42,8 @@ def same() -> Callable[..., None]:
             moved = a.x - a.X
             scales = {"pressure": a.pressure, "traction": a.pressure, "x": moved, "slip": moved}
             for name, scale in scales.items():
-                found, expected, atol = getattr(b, name), getattr(a, name), rel * np.abs(scale).max()
+                atol = rel * np.abs(scale).max()
+                found, expected = getattr(b, name), getattr(a, name)
                 np.testing.assert_allclose(found, expected, rtol=0, atol=atol, err_msg=name)
             forces = [np.array(r.steps[-1].forces[a.name]) for r in (first, second)]
             assert np.abs(forces[0] - forces[1]).max() < rel * np.linalg.norm(forces[0])
