@@ -72,7 +72,12 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     report.add_argument(
-        "paths", type=Path, nargs="+", metavar="DIR|CASE", help="folder of a run, or its case file"
+        "paths",
+        type=Path,
+        nargs="+",
+        metavar="DIR|CASE",
+        help="folder of a run, or its case file; "
+        "or a folder of case files, which are all run and judged in one table",
     )
     return top
 
@@ -126,7 +131,16 @@ def _run(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from contactfem.report import report
 
+    if len(options.paths) == 1 and _holds_cases(options.paths[0]):
+        from contactfem.suite import report_folder
+
+        return report_folder(options.paths[0], Path("runs") / options.paths[0].resolve().name)
     return report([folder for path in options.paths for folder in _folders(path)])
+
+
+def _holds_cases(folder: Path) -> bool:
+    """Whether a folder is one of case files."""
+    return folder.is_dir() and any(folder.glob("*.toml"))
 
 
 def _folders(path: Path) -> list[Path]:

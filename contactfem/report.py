@@ -73,7 +73,8 @@ def allowed_text(low: float | None, high: float | None, unit: str) -> str:
     return f"{middle / scale.factor:.6g} ± {room / scale.factor:.3g} {scale.label}".rstrip()
 
 
-def _new_table(title: str, *columns: str) -> Table:
+def new_table(title: str, *columns: str) -> Table:
+    """An empty table: the first column to the left, the others to the right."""
     from rich import box
     from rich.table import Table
 
@@ -99,7 +100,7 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per expectation.
     """
-    table = _new_table("Expected", "number", "found", "allowed", "")
+    table = new_table("Expected", "number", "found", "allowed", "")
     for verdict in summary["verdicts"]:
         unit = verdict["unit"]
         found = engineering(_number(verdict["value"]), unit, 7)
@@ -124,7 +125,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     unit = scale_for(largest, "N/m")
     forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
     counts = ("iter", "cuts", "residual", "open", "stick", "slip")
-    table = _new_table("Steps", "step", "t", *counts, *forces)
+    table = new_table("Steps", "step", "t", *counts, *forces)
     half = SHOWN_STEPS // 2
     shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
     for step in shown:
@@ -154,7 +155,7 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
         A row per phase.
     """
     timings, floor = summary["timings"], summary["floor"]
-    table = _new_table("Cost", "phase", "seconds", "of floor")
+    table = new_table("Cost", "phase", "seconds", "of floor")
 
     def add(name: str, seconds: float) -> None:
         share = f"{100.0 * seconds / floor:.0f} %" if floor else ""
@@ -188,7 +189,7 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
-    table = _new_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
+    table = new_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
     for directory, summary in rows:
         verdicts = summary["verdicts"]
         held = sum(bool(verdict["passed"]) for verdict in verdicts)

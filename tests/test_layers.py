@@ -24,7 +24,7 @@ PARALLEL = """
     mechanics system tangent interface coupling condensed saddle stability
     newton
     fields discretise diagnosis state gathering recorder run
-    cli_run cli
+    suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()
 COMMAND_LINE = {"cli", "cli_run"}
