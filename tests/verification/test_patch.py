@@ -16,6 +16,38 @@ def test_ranks_agree(solved, same, variant):
     )
 
 
+SWAPPED = (
+    'interfaces.contact.nonmortar="upper.bottom"',
+    'interfaces.contact.mortar="lower.top"',
+)
+
+
+def held(x):
+    """Prescribe the exact settlement at a corner of the upper block's lower side."""
+    return f'={{ on = "upper", at = ["{x} mm", "1.5 mm"], displacement.y = "-7 um" }}'
+
+
+@pytest.mark.parametrize(
+    ("variant", "overrides"),
+    [
+        ("confined", ()),
+        ("confined_hot", ()),
+        ("free_sides", ()),
+        ("cover_1e-6", ()),
+        ("cover_1e-12", ()),
+        (None, (f"conditions.6{held(0)}", f"conditions.7{held(1)}")),
+    ],
+)
+def test_other_side_as_nonmortar(solved, variant, overrides):
+    result = solved("patch", *SWAPPED, *overrides, variant=variant)
+    values = measure(result)
+    pressure = values["contact.pressure_at_center"]
+    assert values["contact.pressure_error_max"] < 1e-9
+    for body in ("lower", "upper"):
+        for end in ("min", "max"):
+            assert values[f"{body}.stress_yy.{end}"] == pytest.approx(-pressure, rel=1e-9)
+
+
 @pytest.mark.parametrize("factor", ["1e-4", "100.0"])
 @pytest.mark.parametrize("variant", [None, "cover_1e-2", "cover_1e-12", "free_sides"])
 def test_constant_of_the_active_set_does_not_matter(solved, same, variant, factor):
