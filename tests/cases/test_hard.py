@@ -1,0 +1,39 @@
+"""Every difficult scene ends as it should: right, or in an error where there is no answer."""
+
+from pathlib import Path
+
+import pytest
+
+from contactfem.case import read_case
+from contactfem.suite import judged
+
+HARD = Path(__file__).parents[2] / "cases" / "hard"
+SLOW = {("long_steps", "usual")}  # more than 10 s
+OPEN = {  # what the solver does not do yet; the expectation is the right answer all the same
+    ("friction", "tipped"): "a corner on an obstacle uses its own normal, not that of the obstacle",
+    (
+        "long_steps",
+        "one",
+    ): "a contact that moves on by more than its width in a step loses friction",
+    ("near_incompressible_round", None): "linear elements lock",
+    ("starts", "touching"): "no status is right where bodies touch without any force",
+}
+
+
+def marks(key: tuple[str, str | None]) -> list[pytest.MarkDecorator]:
+    """Mark what takes long, and what is known to miss."""
+    slow = [pytest.mark.slow] if key in SLOW else []
+    return slow + ([pytest.mark.xfail(reason=OPEN[key], strict=True)] if key in OPEN else [])
+
+
+RUNS = [
+    pytest.param(path.stem, name, marks=marks((path.stem, name)))
+    for path in sorted(HARD.glob("*.toml"))
+    for name in (None, *read_case(path).variants)
+]
+
+
+@pytest.mark.parametrize(("stem", "variant"), RUNS)
+def test_hard_case(stem: str, variant: str | None) -> None:
+    row = judged(read_case(HARD / f"{stem}.toml", variant=variant), stem)
+    assert row.passed, "\n".join(row.missed)
