@@ -28,6 +28,9 @@ _LONGEST = 200  # characters; nobody writes a longer quantity on purpose
 class UnitError(ContactfemError, ValueError):
     """A text that is not a number with a unit."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__(" ".join(message.split()))  # a user's text may hold line breaks
+
 
 @dataclass(frozen=True)
 class Unit:
