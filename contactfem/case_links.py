@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from contactfem.contradictions import contradictions
+from contactfem.element_choice import SIMPLICES
 from contactfem.meshes import MeshFile
 from contactfem.model import AXES
 from contactfem.overrides import nearest
@@ -67,10 +68,23 @@ def _bodies(case: Case) -> Iterator[str]:
             axes = next(iter(body.mesh.outline().values())).shape[1]
             if axes != case.axes:
                 yield f"{key}.mesh: is in {axes}D; dimension = {case.dimension}"
+        if body.material in case.materials:
+            yield from _element(case, name)
     for name, material in case.materials.items():
         file = material.model.rpartition(":")[0]
         if file and not (case.path.parent / file).is_file():
             yield f"materials.{name}.model = {material.model}: there is no file '{file}'"
+
+
+def _element(case: Case, name: str) -> Iterator[str]:
+    """Check that a body's cells and law have the element that it asks for."""
+    body = case.bodies[name]
+    if body.element != "MINI":
+        return
+    if case.materials[body.material].model != "neo-hooke":
+        yield f'bodies.{name}.element = MINI: needs the built-in law, model = "neo-hooke"'
+    if (cell := body.mesh.cell_type()) not in SIMPLICES:
+        yield f"bodies.{name}.element = MINI: needs triangles or tetrahedra; the mesh has {cell}s"
 
 
 def _interfaces(case: Case) -> Iterator[str]:

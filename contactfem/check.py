@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from contactfem.case import Case
+from contactfem.element_choice import describe_element
 from contactfem.engineering import engineering
 from contactfem.errors import CaseError, MeshError
 from contactfem.gaps import obstacle_gap, surface_gap
@@ -156,6 +157,7 @@ def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
         size = " x ".join(engineering(length, "m") for length in high - low)
         yield "", f"{size}, lower corner ({', '.join(f'{x:.4g}' for x in low)}) m"
         yield "", "surfaces " + ", ".join(lines[name])
+        yield "", describe_element(body, material, body.mesh.cell_type())
         yield "", held(case, name, lines[name])
 
 

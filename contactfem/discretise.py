@@ -11,8 +11,14 @@ from mpi4py import MPI
 from contactfem.case import Case
 from contactfem.condensed import Interface
 from contactfem.contact import Contact, ContactLaw
+from contactfem.element_choice import element_of
 from contactfem.errors import CaseError
-from contactfem.forms.energies import linear_elastic, neo_hooke
+from contactfem.forms.energies import (
+    linear_elastic,
+    linear_elastic_mixed,
+    neo_hooke,
+    neo_hooke_mixed,
+)
 from contactfem.forms.mechanics import Energy
 from contactfem.interface import (
     BodySide,
@@ -127,12 +133,13 @@ def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
 
 def _body(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     body = case.bodies[name]
-    law = _law(case, case.materials[body.material])
+    element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
+    law = _law(case, case.materials[body.material], mixed=element == "MINI")
     loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
     return BodyProblem(name, mesh, law, body.temperature, loads)
 
 
-def _law(case: Case, material: Material) -> Law:
+def _law(case: Case, material: Material, *, mixed: bool) -> Law:
     """Energy and parameters of a material."""
     small = case.strain == "small"
     parameters = {
@@ -141,7 +148,11 @@ def _law(case: Case, material: Material) -> Law:
         "expansion": material.expansion,
     } | material.parameters
     if material.model == "neo-hooke":
-        return Law(linear_elastic if small else neo_hooke, parameters, material.E, small, small)
+        energy = linear_elastic if small else neo_hooke
+        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
+        return Law(
+            energy, parameters, material.E, small, small, with_mean_stress if mixed else None
+        )
     return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
 
 

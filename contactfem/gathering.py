@@ -31,7 +31,7 @@ def body_pictures(discretisation: Discretisation) -> list[BodyPicture]:
     pictures = []
     comm = discretisation.system.comm
     for name, body in discretisation.bodies.items():
-        u = gather_vertex_values(comm, body.mesh, body.V, body.u.x.array)
+        u = gather_vertex_values(comm, body.mesh, body.vertex_space, body.u.x.array)
         V = fem.functionspace(body.mesh.mesh, ("Lagrange", 1, (6,)))
         average = nodal_average(V, body.cell_stress())
         stress = gather_vertex_values(comm, body.mesh, V, average.x.array)

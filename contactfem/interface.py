@@ -122,11 +122,10 @@ class _Source:
         order = np.argsort(side.surface.vertices)
         at = np.searchsorted(side.surface.vertices[order], body.vertices)
         at = np.minimum(at, len(order) - 1)
-        owned = body.vertex_dofs < body.V.dofmap.index_map.size_local
+        owned = body.vertex_dofs[:, 0] < body.n_owned
         here = owned & (side.surface.vertices[order[at]] == body.vertices)
         self.node = order[at[here]] + offset
-        bs = body.V.dofmap.index_map_bs
-        self.dofs = bs * body.vertex_dofs[here].astype(np.int64)[:, None] + np.arange(2)
+        self.dofs = body.vertex_dofs[here]
 
 
 def plane_side(

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -13,15 +12,18 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from contactfem.compat import assemble_into, cell_values
+from contactfem.elements import linear, mini
+from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.forms.mechanics import (
     Energy,
+    MixedEnergy,
     cauchy_stress,
     dead_load,
     follower_pressure,
     internal_work,
     small_strain_stress,
 )
-from contactfem.meshing import BodyMesh, dof_of_vertex
+from contactfem.meshing import BodyMesh, dofs_at_vertices
 from contactfem.tables import Table
 
 Floats = NDArray[np.float64]
@@ -38,6 +40,8 @@ class Law:
         youngs_modulus: Stiffness that scales contact and the residual [Pa].
         small_strain: Whether ψ depends on the strain of the undeformed body.
         linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
+        mixed: The energy with the mean stress as a field: the body gets MINI elements; None for
+            linear displacements alone.
     """
 
     energy: Energy
@@ -45,6 +49,7 @@ class Law:
     youngs_modulus: float
     small_strain: bool
     linear: bool
+    mixed: MixedEnergy | None = None
 
 
 @dataclass(frozen=True)
@@ -74,22 +79,42 @@ class BodyProblem:
         law: Its law.
         theta: Relative temperature over time [K].
         loads: Loads on it.
+        axisymmetric: Whether the mesh is a section through a body around the axis x = 0, whose
+            forces are those of the whole circumference; else it is one metre deep.
+
+    Attributes:
+        u: All unknowns: displacements, and what the element adds to them [m].
+        vertex_space: Space of the displacements, or the subspace of `u` that they are.
+        vertex_dofs: Local scalar dofs of the displacement at the vertices, (vertices, dim).
+        vertices: Input numbers of these vertices, owned and ghost, ascending.
+        n_owned: Scalar dofs of this rank; those of ghosts follow.
     """
 
     def __init__(
-        self, name: str, mesh: BodyMesh, law: Law, theta: Table, loads: Sequence[Load]
+        self,
+        name: str,
+        mesh: BodyMesh,
+        law: Law,
+        theta: Table,
+        loads: Sequence[Load],
+        axisymmetric: bool = False,
     ) -> None:
-        self.name, self.mesh, self.law = name, mesh, law
-        dim = mesh.mesh.geometry.dim
-        element = basix.ufl.element("Lagrange", mesh.mesh.basix_cell(), 1, shape=(dim,))
-        self.V = fem.functionspace(mesh.mesh, element)
-        self.u = fem.Function(self.V, name=f"displacement_{name}")
-        self.vertex_dofs, self.vertices = dof_of_vertex(mesh.mesh, self.V)
+        self.name, self.mesh, self.law, self.axisymmetric = name, mesh, law, axisymmetric
         self._theta = fem.Constant(mesh.mesh, 0.0)
         self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = [
             (self._theta, (theta,), False)
         ]
         self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
+        self._element = (
+            linear(mesh, law.energy)
+            if law.mixed is None
+            else mini(mesh, law.mixed, self._parameters)
+        )
+        self.u = self._element.unknowns
+        self.V = self.u.function_space
+        self.n_owned = self.V.dofmap.index_map.size_local * self.V.dofmap.index_map_bs
+        self.vertex_space = self._element.vertex_space
+        self.vertex_dofs, self.vertices = dofs_at_vertices(mesh.mesh, self.vertex_space)
         self._residual_ufl = residual = self._residual_form(loads)
         self.is_linear = law.linear and not any(load.is_pressure for load in loads)
         self._residual = fem.form(residual)
@@ -98,25 +123,40 @@ class BodyProblem:
 
     def _residual_form(self, loads: Sequence[Load]) -> ufl.Form:
         """Internal minus external virtual work (19)."""
-        v = ufl.TestFunction(self.V)
-        # On simplices P1 has a constant gradient: one point integrates the energy exactly.
-        degree = 1 if "simplex" in _shape(self.mesh) else 2
+        u, v = self._element.displacement, self._element.virtual
+        x = ufl.SpatialCoordinate(self.mesh.mesh)
+        depth, current_depth = (
+            (circumference(x), circumference(x + u)) if self.axisymmetric else (1.0, 1.0)
+        )
+        degree = max(self._element.degree, 2) if self.axisymmetric else self._element.degree
         dx = ufl.Measure("dx", self.mesh.mesh, metadata={"quadrature_degree": degree})
-        form = internal_work(self.u, v, self._theta, self.law.energy, self._parameters, dx)
+        density = self._element.energy(self._F(), self._theta, self._parameters)
+        form = internal_work(density, depth, self.u, dx)
         for load in loads:
             value = fem.Constant(self.mesh.mesh, np.zeros(len(load.components)))
             self._tables.append((value, load.components, True))
             if load.group is None:
-                form -= dead_load(value, v, ufl.Measure("dx", self.mesh.mesh))
+                form -= dead_load(depth * value, v, ufl.Measure("dx", self.mesh.mesh))
                 continue
             ds = self.mesh.ds(load.group, degree=2)
             if not load.is_pressure:
-                form -= dead_load(value, v, ds)
+                form -= dead_load(depth * value, v, ds)
             elif self.law.small_strain:
-                form -= dead_load(-value[0] * ufl.FacetNormal(self.mesh.mesh), v, ds)
+                normal = ufl.FacetNormal(self.mesh.mesh)
+                form -= dead_load(-depth * value[0] * normal, v, ds)
             else:
-                form -= follower_pressure(value[0], self.u, v, ds)
+                form -= follower_pressure(value[0], u, v, ds, current_depth)
         return form
+
+    @property
+    def displacement(self) -> fem.Function:
+        """Displacement [m], the whole or a part of `u`, for interpolation at the vertices."""
+        return self.u if self.law.mixed is None else self.u.sub(0)
+
+    def _F(self) -> ufl.core.expr.Expr:
+        """Deformation gradient."""
+        u, x = self._element.displacement, ufl.SpatialCoordinate(self.mesh.mesh)
+        return deformation_gradient(u, hoop_strain(u, x) if self.axisymmetric else 0.0)
 
     def set_time(self, t: float, ramp_end: float) -> None:
         """Set temperature and loads to those of a time.
@@ -178,8 +218,7 @@ class BodyProblem:
         Returns:
             Owned and ghost dofs of this rank, (m,).
         """
-        blocks = self.vertex_dofs[np.isin(self.vertices, vertices)].astype(np.int64)
-        return np.asarray(blocks * self.V.dofmap.index_map_bs + component)
+        return np.asarray(self.vertex_dofs[np.isin(self.vertices, vertices), component])
 
     def cell_dofs(self) -> Ints:
         """Scalar dofs of every owned cell, (cells, dofs)."""
@@ -194,11 +233,6 @@ class BodyProblem:
         stress: Callable[..., ufl.core.expr.Expr] = (
             small_strain_stress if self.law.small_strain else cauchy_stress
         )
-        s = stress(self.u, self._theta, self.law.energy, self._parameters)
+        s = stress(self._F(), self._theta, self._element.energy, self._parameters)
         places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
         return cell_values(self.mesh.mesh, ufl.as_vector([s[i, j] for i, j in places]))
-
-
-def _shape(mesh: BodyMesh) -> str:
-    """Whether cells are simplices or tensor products."""
-    return "simplex" if mesh.mesh.basix_cell().name in ("triangle", "tetrahedron") else "tensor"

@@ -126,6 +126,25 @@ def dof_of_vertex(mesh: Mesh, V: FunctionSpace) -> tuple[Local, Ints]:
     return dofs.astype(np.int32), mesh.geometry.input_global_indices[nodes.ravel()[first]]
 
 
+def dofs_at_vertices(mesh: Mesh, V: FunctionSpace) -> tuple[Ints, Ints]:
+    """Which scalar unknowns are the components of a vector at which vertex of the input mesh.
+
+    Args:
+        mesh: mesh of a `BodyMesh`.
+        V: space on it with unknowns at the vertices (more elsewhere do not matter), or a
+            subspace; its components need not be blocked.
+
+    Returns:
+        Local scalar dofs (m, components) and input vertices (m,), ascending, owned and ghost.
+    """
+    columns = []
+    for component in [V.sub(k) for k in range(V.num_sub_spaces)] or [V]:
+        dofs, vertices = dof_of_vertex(mesh, component)
+        order = np.argsort(vertices)
+        columns.append(dofs[order].astype(np.int64))
+    return np.column_stack(columns), vertices[order]
+
+
 def gather_vertex_values(
     comm: MPI.Comm, body: BodyMesh, V: FunctionSpace, values: Floats
 ) -> Floats | None:
@@ -134,15 +153,15 @@ def gather_vertex_values(
     Args:
         comm: the communicator of the mesh.
         body: the mesh.
-        V: blocked space on it with one dof block per vertex.
-        values: local values, at least the owned ones, flat with the block size of V.
+        V: space on it with unknowns at the vertices, or a subspace.
+        values: local scalar values, at least the owned ones, flat.
 
     Returns:
-        (n_points, block size) on rank 0, None elsewhere.
+        (n_points, components) on rank 0, None elsewhere.
     """
-    dofs, vertices = dof_of_vertex(body.mesh, V)
-    owned = dofs < V.dofmap.index_map.size_local
-    mine = np.asarray(values).reshape(-1, V.dofmap.index_map_bs)[dofs[owned]]
+    dofs, vertices = dofs_at_vertices(body.mesh, V)
+    owned = dofs[:, 0] < V.dofmap.index_map.size_local * V.dofmap.index_map_bs
+    mine = np.asarray(values)[dofs[owned]]
     parts = comm.gather((vertices[owned], mine))
     if parts is None:
         return None

@@ -60,7 +60,9 @@ class Recorder:
                 from contactfem.fields import FieldWriter
 
                 comm.barrier()  # the folder is there
-                displacements = {name: body.u for name, body in discretisation.bodies.items()}
+                displacements = {
+                    name: body.displacement for name, body in discretisation.bodies.items()
+                }
                 self._fields = FieldWriter(out, displacements)
 
     def __enter__(self) -> Self:

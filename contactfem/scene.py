@@ -102,10 +102,14 @@ class Material(Model):
 
 
 class Body(Model):
-    """Deformable body; `temperature` is relative to that of the stress-free state."""
+    """Deformable body; `temperature` is relative to that of the stress-free state.
+
+    `element`: linear (P1), or MINI for nearly incompressible simplices; auto: MINI if K/mu > 20.
+    """
 
     material: str
     mesh: MeshSpec
+    element: Literal["auto", "P1", "MINI"] = "auto"
     temperature: TemperatureTable = Field(default_factory=lambda: constant(0.0))
 
 

@@ -94,7 +94,7 @@ def number(
         own[g.body][dofs] = -3 - k
     if comm.allreduce(clash, MPI.LOR):
         raise CaseError("a grip's free component is held by another condition at some vertex")
-    owned = [body.V.dofmap.index_map.size_local * body.V.dofmap.index_map_bs for body in bodies]
+    owned = [body.n_owned for body in bodies]
     counts = [int((a[:n] == -2).sum()) for a, n in zip(own, owned, strict=True)]
     others = len(grips) + n_multipliers if comm.rank == 0 else 0
     n_local = sum(counts) + others

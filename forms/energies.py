@@ -26,10 +26,9 @@ def neo_hooke(F: Expr, theta: Expr, parameters: Parameters) -> Expr:
     Returns:
         ψ [J/m³].
     """
-    K, mu, alpha = (parameters[k] for k in ("bulk_modulus", "shear_modulus", "expansion"))
-    J = ufl.det(F)
-    ln_Je = ufl.ln(J) - ufl.ln(thermal_volume_ratio(theta, alpha))
-    return K / 2 * ln_Je**2 + mu / 2 * (J ** (-2.0 / 3.0) * ufl.tr(F.T * F) - 3)
+    return parameters["bulk_modulus"] / 2 * _ln_Je(F, theta, parameters) ** 2 + _distortion(
+        F, parameters
+    )
 
 
 def linear_elastic(F: Expr, theta: Expr, parameters: Parameters) -> Expr:
@@ -43,7 +42,63 @@ def linear_elastic(F: Expr, theta: Expr, parameters: Parameters) -> Expr:
     Returns:
         ψ [J/m³].
     """
-    K, mu, alpha = (parameters[k] for k in ("bulk_modulus", "shear_modulus", "expansion"))
-    strain = ufl.sym(F - ufl.Identity(3))
-    deviator = ufl.dev(strain)
-    return K / 2 * (ufl.tr(strain) - 3 * alpha * theta) ** 2 + mu * ufl.inner(deviator, deviator)
+    return parameters["bulk_modulus"] / 2 * _dilation(
+        F, theta, parameters
+    ) ** 2 + _small_distortion(F, parameters)
+
+
+def neo_hooke_mixed(F: Expr, p: Expr, theta: Expr, parameters: Parameters) -> Expr:
+    """`neo_hooke` with mean stress as a field, ψ = p ln J_e - p²/2K + μ/2 (J^(-2/3) tr FᵀF - 3).
+
+    Stationary in p where p = K ln J_e; it is `neo_hooke` there. Bounded as K grows.
+
+    Args:
+        F: Deformation gradient [-], shape (3, 3).
+        p: Mean Kirchhoff stress, positive in tension [Pa].
+        theta: Relative temperature [K].
+        parameters: "bulk_modulus", "shear_modulus" [Pa], "expansion" [1/K].
+
+    Returns:
+        ψ [J/m³].
+    """
+    ln_Je, K = _ln_Je(F, theta, parameters), parameters["bulk_modulus"]
+    return p * ln_Je - p**2 / (2 * K) + _distortion(F, parameters)
+
+
+def linear_elastic_mixed(F: Expr, p: Expr, theta: Expr, parameters: Parameters) -> Expr:
+    """`linear_elastic` with the mean stress as a field, p (tr ε - 3αϑ) - p²/2K + μ dev ε : dev ε.
+
+    Args:
+        F: Deformation gradient [-], shape (3, 3); ε is the symmetric part of F - 1.
+        p: Mean stress, positive in tension [Pa].
+        theta: Relative temperature [K].
+        parameters: "bulk_modulus", "shear_modulus" [Pa], "expansion" [1/K].
+
+    Returns:
+        ψ [J/m³].
+    """
+    dilation, K = _dilation(F, theta, parameters), parameters["bulk_modulus"]
+    return p * dilation - p**2 / (2 * K) + _small_distortion(F, parameters)
+
+
+def _ln_Je(F: Expr, theta: Expr, parameters: Parameters) -> Expr:
+    """Logarithm of the elastic volume ratio, ln J - ln J_θ."""
+    thermal = thermal_volume_ratio(theta, parameters["expansion"])
+    return ufl.ln(ufl.det(F)) - ufl.ln(thermal)
+
+
+def _distortion(F: Expr, parameters: Parameters) -> Expr:
+    """Energy of the change of shape, μ/2 (J^(-2/3) tr FᵀF - 3)."""
+    shape = ufl.det(F) ** (-2.0 / 3.0) * ufl.tr(F.T * F)
+    return parameters["shear_modulus"] / 2 * (shape - 3)
+
+
+def _dilation(F: Expr, theta: Expr, parameters: Parameters) -> Expr:
+    """Elastic change of volume at small strain, tr ε - 3αϑ."""
+    return ufl.tr(F - ufl.Identity(3)) - 3 * parameters["expansion"] * theta
+
+
+def _small_distortion(F: Expr, parameters: Parameters) -> Expr:
+    """Energy of the change of shape at small strain, μ dev ε : dev ε."""
+    deviator = ufl.dev(ufl.sym(F - ufl.Identity(3)))
+    return parameters["shear_modulus"] * ufl.inner(deviator, deviator)

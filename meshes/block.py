@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
-from contactfem.meshes.data import Floats, MeshData
+from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 from contactfem.units import Length
 
@@ -31,6 +31,10 @@ class Structured(Builder):
     cell: Cell2D = "quadrilateral"
     pattern: Pattern = "right"
     grading: tuple[Ratio, Ratio] = (1.0, 1.0)
+
+    def cell_type(self) -> CellName:
+        """Kind of the cells."""
+        return self.cell
 
     def lines(self) -> tuple[Floats, Floats]:
         """Coordinates (nx + 1,) and (ny + 1,) [m] of the lines of the array."""

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
-from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets, mesh_data
+from contactfem.meshes.data import CellName, Floats, Ints, MeshData, boundary_facets, mesh_data
 from contactfem.units import Length
 
 # Six tetrahedra around the diagonal of a cube from vertex 0 to vertex 7 (tensor order).
@@ -40,6 +40,10 @@ class Box(Builder):
     nz: Count
     cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
     rotate: Literal[0, 1, 2, 3] = 0
+
+    def cell_type(self) -> CellName:
+        """Kind of the cells."""
+        return self.cell
 
     def build(self) -> MeshData:
         """Structured mesh of nx by ny by nz hexahedra, or of these split into tetrahedra."""

@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from contactfem.meshes.data import Floats, MeshData
+from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.units import Length
 
 PositiveLength = Annotated[Length, Field(gt=0)]
@@ -25,6 +25,10 @@ class Builder(BaseModel, ABC):
     @abstractmethod
     def outline(self) -> dict[str, Floats]:
         """Boundary polyline (k, 2) [m] of every group, the body on the left; without meshing."""
+
+    def cell_type(self) -> CellName:
+        """Kind of the cells, without meshing."""
+        return "triangle"
 
     def extent(self) -> Floats:
         """Smallest and largest coordinates (2, 2) [m] of the outline."""

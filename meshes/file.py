@@ -72,6 +72,10 @@ class MeshFile(Builder):
         except MeshError as error:
             raise MeshError(f"{self.file}: {error}") from error
 
+    def cell_type(self) -> CellName:
+        """Kind of the cells."""
+        return self._mesh.cell_type
+
     def outline(self) -> dict[str, Floats]:
         """Boundary polylines of the groups; reads the file. In 3D the groups' points."""
         data = self.build()

@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PLAIN = """
     errors dimensions tables units timers laws results references control forms kernels _kernels
     homogeneous engineering overrides profiles
-    meshes model scene measure contradictions case_links case_errors case listing gaps rigid
+    meshes model scene element_choice measure contradictions case_links case_errors case listing
+    gaps rigid
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
@@ -21,7 +22,7 @@ PARALLEL = """
     compat meshing
     blocks surfaces segments mortar
     contact
-    mechanics system tangent interface coupling condensed saddle stability
+    elements mechanics system tangent interface coupling condensed saddle stability
     newton
     fields discretise diagnosis state gathering recorder run
     suite cli_run cli

@@ -39,7 +39,7 @@ class Cell:
         self.theta = fem.Constant(self.mesh, 0.0)
         parameters = {k: fem.Constant(self.mesh, v) for k, v in NUMBERS.items()}
         self.points = basix.make_quadrature(getattr(basix.CellType, name), 2)[0]
-        found = stress(self.u, self.theta, energy, parameters)
+        found = stress(deformation_gradient(self.u), self.theta, energy, parameters)
         self._expression = fem.Expression(found, self.points)
 
     def stress(self, F, theta=0.0):
