@@ -125,7 +125,7 @@ class Case(Model):
 
     title: str
     references: tuple[str, ...] = ()
-    dimension: Literal["plane strain", "3d"] = "plane strain"
+    dimension: Literal["plane strain", "axisymmetric", "3d"] = "plane strain"
     strain: Literal["finite", "small"] = "finite"
     time: Time
     materials: Annotated[dict[Name, Material], Field(min_length=1)]
@@ -152,6 +152,21 @@ class Case(Model):
     def axes(self) -> int:
         """Number of displacement components."""
         return 3 if self.dimension == "3d" else 2
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether x is the distance from the axis of bodies of revolution, and y their height."""
+        return self.dimension == "axisymmetric"
+
+    @property
+    def force_unit(self) -> str:
+        """SI unit of forces: per metre of depth in plane strain."""
+        return force_unit(self.dimension)
+
+
+def force_unit(dimension: object) -> str:
+    """SI unit of forces, by the dimension of the case."""
+    return "N" if dimension in ("axisymmetric", "3d") else "N/m"
 
 
 def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | None = None) -> Case:
@@ -180,7 +195,8 @@ def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | No
     if "path" in raw:
         raise CaseError(f"{path}: path: unknown key")
     axes = 3 if raw.get("dimension") == "3d" else 2
-    context = {"strict_units": True, "folder": path.parent, "axes": axes}
+    units = {"N/m": force_unit(raw.get("dimension", "plane strain"))}
+    context = {"strict_units": True, "folder": path.parent, "axes": axes, "units": units}
     try:
         return Case.model_validate({**raw, "path": path}, context=context)
     except ValidationError as error:

@@ -65,9 +65,11 @@ def _bodies(case: Case) -> Iterator[str]:
         if body.material not in case.materials:
             yield _unknown(f"{key}.material", body.material, "material", case.materials)
         if not isinstance(body.mesh, MeshFile):
-            axes = next(iter(body.mesh.outline().values())).shape[1]
-            if axes != case.axes:
-                yield f"{key}.mesh: is in {axes}D; dimension = {case.dimension}"
+            low = body.mesh.extent()[0]
+            if len(low) != case.axes:
+                yield f"{key}.mesh: is in {len(low)}D; dimension = {case.dimension}"
+            elif case.axisymmetric and low[0] < 0.0:
+                yield f"{key}.mesh: reaches to x = {low[0]:g} m; x is the distance from the axis"
         if body.material in case.materials:
             yield from _element(case, name)
     for name, material in case.materials.items():
@@ -140,6 +142,8 @@ def _components(case: Case, key: str, condition: Condition) -> Iterator[str]:
     for kind, given in parts.items():
         for axis in sorted(given - axes):
             yield f"{key}.{kind}.{axis}: there is no z in {case.dimension}"
+    if grip is not None and case.axisymmetric and "x" in grip.force:
+        yield f"{key}.grip.force.x: there is no radial force; prescribe displacement.x"
     if grip is not None:
         for axis in sorted(axes - parts["grip"]):
             yield f"{key}.grip: '{axis}' is neither a displacement nor a force"

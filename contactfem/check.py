@@ -191,12 +191,15 @@ def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
             points.append(place)
             prescribed.append(np.broadcast_to(mask, place.shape))
     center, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    if case.axisymmetric:  # bodies of revolution can only move along their axis
+        points.append(center[None])
+        prescribed.append(np.array([[True, False]]))
     modes = free_rigid_modes(
         np.concatenate(points),
         np.concatenate(prescribed),
         center,
         size,
-        rotation_held=any(condition.kind == "grip" for condition in conditions),
+        rotation_held=case.axisymmetric or any(c.kind == "grip" for c in conditions),
     )
     if not len(modes):
         return "held by its conditions"

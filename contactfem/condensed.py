@@ -219,7 +219,7 @@ class Condensed:
 
 
 def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:
-    """Factors that make forces [N/m] of the conditions: of C_n [m], and of C_t [m] or [Pa].
+    """Factors that make forces [N/m] (with an axis [N]) of C_n [m], and of C_t [m] or [Pa].
 
     Lengths are scaled by the softer modulus, and down where a compliance ties to p_j = -R_j / D_jj
     with a small D_jj; tractions by D_jj. Newton's step does not depend on them.
@@ -232,7 +232,7 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:
         Normal and tangential factors, (n_nonmortar,) each.
     """
     law = interface.contact.law
-    E, D = law.stiffness, np.where(c.operators.D > 0.0, c.operators.D, 1.0)
+    E, D = law.stiffness * c.operators.depth, np.where(c.operators.D > 0.0, c.operators.D, 1.0)
     normal = E / (1.0 + (c.kappa + law.normal_compliance) * E / D)
     stick = E / (1.0 + (c.kappa + law.tangential_compliance) * E / D)
     return normal, np.where(c.status == Status.STICK, stick, D)

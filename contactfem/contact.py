@@ -29,6 +29,7 @@ from contactfem.surfaces import (
     Ints,
     NormalField,
     facet_lengths,
+    half_lengths,
     nodal_normals,
 )
 
@@ -97,6 +98,7 @@ class Operators:
         M: M_jl [m], (n, n_nodes).
         gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
         full: D_jj of wholly covered facets [m], (n,).
+        length: Half the length of the facets at each node [m], (n,): `full` without an axis.
         full_derivative: d full / dx [-], (n, 2 n_nodes).
         pairs: This rank's candidate facet pairs, (p, 2).
     """
@@ -107,6 +109,7 @@ class Operators:
     M: sp.csr_matrix
     gap: Floats
     full: Floats
+    length: Floats
     full_derivative: sp.csr_matrix
     pairs: Ints
 
@@ -114,6 +117,11 @@ class Operators:
     def cover(self) -> Floats:
         """Covered share f of each node's facets [-]."""
         return self.D / self.full
+
+    @property
+    def depth(self) -> Floats:
+        """What a length of facet stands for at each node [m]: 1, or about the circumference."""
+        return self.full / self.length
 
 
 @dataclass(frozen=True)
@@ -200,7 +208,8 @@ class Contact:
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
         gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
         full, full_derivative = facet_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, full, full_derivative, pairs)
+        length = half_lengths(mesh, x)
+        return Operators(x, normals, D, M, gap, full, length, full_derivative, pairs)
 
     def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
         """Status of every node from its trial state, and the residuals of the conditions.

@@ -49,6 +49,7 @@ from contactfem.timers import Timers
 
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
 PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
+ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
 SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
 
@@ -100,6 +101,10 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
                 held.append(f"{condition.on}.{axis}")
             for axis, table in (condition.grip.force if condition.grip else {}).items():
                 grips.append(Grip(index[condition.body], vertices, AXES.index(axis), table))
+        if case.axisymmetric:  # a point on the axis stays on it
+            for name, k in index.items():
+                prescribed.append(Prescribed(k, _on_axis(meshes[name], comm), 0, constant(0.0)))
+                held.append(f"{name} on the axis.x")
         kept = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
         system = System(comm, list(bodies.values()), prescribed, grips, kept)
         interfaces = tuple(
@@ -123,6 +128,8 @@ def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
     if comm.rank == 0:
         try:
             data = case.bodies[name].mesh.build()
+            if case.axisymmetric:
+                _check_radii(data.points[:, 0])
         except CaseError as raised:
             error = CaseError(f"{case.path}: bodies.{name}.mesh: {raised}")
     error = comm.bcast(error)
@@ -131,12 +138,29 @@ def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
     return distribute(comm, data)
 
 
+def _check_radii(r: Floats) -> None:
+    """Radii must not be negative, beyond round-off.
+
+    Raises:
+        CaseError: Some are.
+    """
+    if r.min() < -ON_AXIS * float(np.abs(r).max()):
+        raise CaseError(f"reaches to x = {r.min():g} m; x is the distance from the axis")
+
+
+def _on_axis(mesh: BodyMesh, comm: MPI.Comm) -> Ints:
+    """Vertices on the axis x = 0, on all ranks; collective."""
+    r = None if mesh.data is None else mesh.data.points[:, 0]
+    found = None if r is None else np.flatnonzero(np.abs(r) <= ON_AXIS * np.abs(r).max())
+    return np.asarray(comm.bcast(found))
+
+
 def _body(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     body = case.bodies[name]
     element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
     law = _law(case, case.materials[body.material], mixed=element == "MINI")
     loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
-    return BodyProblem(name, mesh, law, body.temperature, loads)
+    return BodyProblem(name, mesh, law, body.temperature, loads, case.axisymmetric)
 
 
 def _law(case: Case, material: Material, *, mixed: bool) -> Law:
@@ -299,6 +323,8 @@ def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
 
 def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:
     """Whether a body's conditions leave it a rigid motion."""
+    if case.axisymmetric:  # along the axis is the only one
+        return not any(c.body == name and "y" in c.components() for c in case.conditions)
     points, masks, rotation_held = [], [], False
     for condition in case.conditions:
         if condition.body != name or not (condition.displacement or condition.grip):

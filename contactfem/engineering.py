@@ -34,6 +34,8 @@ _STEPS: dict[str, tuple[tuple[float, Scale], ...]] = {
         (1e10, Scale("GPa", 1e9)),
     ),
     "N/m": ((0.0, Scale("N/m", 1.0)), (10.0, Scale("N/mm", 1e3)), (1e7, Scale("kN/mm", 1e6))),
+    "N": ((0.0, Scale("N", 1.0)), (1e4, Scale("kN", 1e3)), (1e7, Scale("MN", 1e6))),
+    "J": ((0.0, Scale("mJ", 1e-3)), (1.0, Scale("J", 1.0)), (1e4, Scale("kJ", 1e3))),
     "J/m": ((0.0, Scale("mJ/m", 1e-3)), (1.0, Scale("J/m", 1.0)), (1e4, Scale("kJ/m", 1e3))),
     "s": ((0.0, Scale("µs", 1e-6)), (1e-4, Scale("ms", 1e-3)), (0.1, Scale("s", 1.0))),
 }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,15 +29,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Painter = Callable[["Axes", Sequence[StepReport]], None]
 MANY_STEPS = 8  # with more, single steps are told by colour instead of by name
 DASHES = ("-", "--", ":", "-.")
 
 
-def _paint_forces(axes: Axes, steps: Sequence[StepReport]) -> None:
+def _paint_forces(axes: Axes, steps: Sequence[StepReport], force_unit: str) -> None:
     t = [0.0, *(step.t for step in steps)]
     names = list(steps[0].forces)
     largest = max(abs(value) for step in steps for force in step.forces.values() for value in force)
-    unit = scale_for(largest, "N/m")
+    unit = scale_for(largest, force_unit)
     for name, dashes in zip(names, DASHES * len(names), strict=False):
         for component, colour in ((0, RED), (1, BLUE)):
             force = [0.0, *(step.forces[name][component] / unit.factor for step in steps)]
@@ -81,7 +83,8 @@ def draw_history(result: RunResult, path: Path) -> Path:
 
     def paint(figure: Figure) -> None:
         panels = stacked(figure, (2.2, 1.2, 1.0))
-        painters = (_paint_forces, _paint_status, _paint_iterations)
+        forces = partial(_paint_forces, force_unit=result.case.force_unit)
+        painters: tuple[Painter, ...] = (forces, _paint_status, _paint_iterations)
         for axes, painter in zip(panels, painters, strict=True):
             painter(axes, result.steps)
             grid(axes)

@@ -128,7 +128,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 slip=state.slip[k],
                 status=status,
                 cover=op.cover,
-                facet_length=op.full,
+                facet_length=op.length,
+                depth=op.depth,
                 mortar_x=op.x[mortar],
                 mortar_pressure=np.divide(
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0

@@ -69,7 +69,9 @@ class InterfaceNodes:
         self.unknown = self.comm.allreduce(found) - 1
         tied = (self.unknown >= 0) & (self.unknown < len(system.grips))
         free = (self.unknown >= 0) & ~tied
-        self.mesh = InterfaceMesh(n, first.facets, second.facets + n, self.X, free, basis)
+        self.mesh = InterfaceMesh(
+            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric
+        )
         self._system = system
 
     @property

@@ -83,6 +83,7 @@ def measurable(case: Case) -> dict[str, str]:
         SI unit of each name, "" where it has none or it is not known.
     """
     names = dict(RUN_UNITS)
+    by_length = {"N/m": case.force_unit, "J/m": case.force_unit.replace("N", "J")}
     for interface in case.interfaces:
         units = INTERFACE_UNITS | (CLOSED_FORM_UNITS if interface in case.closed_form else {})
         names |= {f"{interface}.{key}": unit for key, unit in units.items()}
@@ -92,7 +93,7 @@ def measurable(case: Case) -> dict[str, str]:
     for name, probe in case.probes.items():
         kind = str(probe.value).split(".")[0]
         names[f"probe.{name}"] = {"displacement": "m", "stress": "Pa"}.get(kind, "")
-    return names
+    return {name: by_length.get(unit, unit) for name, unit in names.items()}
 
 
 def floor_seconds(timings: Mapping[str, float]) -> float:
@@ -167,7 +168,7 @@ def _of_interface(
     active = np.isin(table.status, ACTIVE)
     carrier = carriers(table)
     pressure = table.pressure[carrier]
-    weights = table.cover * table.facet_length
+    weights = table.cover * table.facet_length * table.depth
     values = {
         "pressure_max": float(np.max(table.pressure, where=active, initial=0.0)),
         "pressure_min": float(table.pressure[active].min()) if active.any() else math.nan,

@@ -62,7 +62,10 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     np.add.at(m, e, segments.integrals[:, :3])
     ends = mesh.nonmortar[facets]
     edge = x[ends[:, 1]] - x[ends[:, 0]]
-    covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * np.hypot(edge[:, 0], edge[:, 1])
+    whole = np.hypot(edge[:, 0], edge[:, 1])
+    if mesh.axisymmetric:
+        whole = whole * np.pi * x[ends, 0].sum(1)
+    covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * whole
     A, dA = basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
     lumped: Bools | None = None
     if mesh.basis == "standard":

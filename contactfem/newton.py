@@ -100,8 +100,7 @@ class NewtonSolver:
         self.equations = (Saddle if kept else Condensed)(system, interfaces, timers)
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self._options = DIRECT_SOLVER | (PIVOTING if kept else {}) | dict(options)
-        stiffness = max(body.law.youngs_modulus for body in system.bodies)
-        self._stiffness = stiffness * _extent(system)
+        self._stiffness = _stiffness(system)
         self._snes = self._create()
 
     def _create(self) -> PETSc.SNES:
@@ -151,7 +150,7 @@ class NewtonSolver:
         for k, (interface, c) in enumerate(
             zip(self.equations.interfaces, self.conditions, strict=True)
         ):
-            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.full)
+            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.length)
             histories[k] = better or histories[k]
             improved |= better is not None
         starts = tuple(Trial(c.status, c.direction) for c in self.conditions)
@@ -288,7 +287,22 @@ class NewtonSolver:
         return 0.5 if left and self._seen[last] > 1 else 1.0
 
 
-def _extent(system: System) -> float:
-    """Largest coordinate or size of any body [m]."""
+def _stiffness(system: System) -> float:
+    """Stiffness that round-off in strains or positions is multiplied with [N/m], with an axis [N].
+
+    In plane strain the largest modulus times the largest size; with an axis times the circumference
+    as well, which can only be that of the same body.
+    """
+    moduli = [body.law.youngs_modulus for body in system.bodies]
+    extents = _extents(system)
+    if not system.axisymmetric:
+        return max(moduli) * float(extents.max())
+    return float(np.max(2 * np.pi * np.array(moduli) * extents**2))
+
+
+def _extents(system: System) -> Floats:
+    """Largest coordinate of every body [m]."""
     sizes = [float(np.abs(body.mesh.mesh.geometry.x).max(initial=0.0)) for body in system.bodies]
-    return float(system.comm.allreduce(max(sizes), MPI.MAX))
+    largest = np.array(sizes)
+    system.comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
+    return largest

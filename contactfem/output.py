@@ -33,7 +33,7 @@ STEP_COLUMNS = {
     "open": "open",
     "stick": "stick",
     "slip": "slip",
-    "dissipation": "dissipation [J/m]",
+    "dissipation": "dissipation",
     "wall": "wall [s]",
 }
 NODE_COLUMNS = {
@@ -160,6 +160,7 @@ def summarise(
         "newton_iterations": sum(step.iterations for step in result.steps),
         "timings": result.timings,
         "floor": floor_seconds(result.timings),
+        "force_unit": result.case.force_unit,
         "reactions": result.reactions,
         "values": values,
         "steps": [asdict(step) for step in result.steps],
@@ -187,9 +188,11 @@ class OutputWriter:
         for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
             for stale in self.directory.glob(pattern):
                 stale.unlink()
-        header = [*STEP_COLUMNS.values(), "residual"]
+        force, energy = case.force_unit, case.force_unit.replace("N", "J")
+        columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
+        header = [*columns.values(), "residual"]
         for name in case.interfaces:
-            header += [f"{name}.force_x [N/m]", f"{name}.force_y [N/m]"]
+            header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
         write_whole(self.directory / HISTORY, _csv(header, ()))
 
     def step(self, report: StepReport) -> None:

@@ -122,7 +122,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     steps = summary["steps"]
     names = list(steps[0]["forces"]) if steps else []
     largest = max((abs(f) for s in steps for both in s["forces"].values() for f in both), default=0)
-    unit = scale_for(largest, "N/m")
+    unit = scale_for(largest, summary.get("force_unit", "N/m"))
     forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
     counts = ("iter", "cuts", "residual", "open", "stick", "slip")
     table = new_table("Steps", "step", "t", *counts, *forces)

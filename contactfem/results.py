@@ -66,6 +66,7 @@ class InterfaceTable:
         status: values of `Status` (n,).
         cover: share of the node's facets that faces the mortar side (n,) [-].
         facet_length: half the length of the facets at the node, summed (n,) [m].
+        depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
         mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
         mortar_pressure: pressure seen from the mortar side (k,) [Pa].
     """
@@ -83,6 +84,7 @@ class InterfaceTable:
     facet_length: FloatArray
     mortar_x: FloatArray
     mortar_pressure: FloatArray
+    depth: FloatArray | float = 1.0
 
 
 @dataclass(frozen=True)

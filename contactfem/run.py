@@ -168,7 +168,7 @@ class _Loop:
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
         seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        return first_contact(operators.gap, operators.full, seen, k in self.alone)
+        return first_contact(operators.gap, operators.length, seen, k in self.alone)
 
     def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
         conditions = self.solver.conditions

@@ -178,8 +178,9 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
         The three factors, (n_nonmortar,) each.
     """
     law, full = interface.contact.law, c.operators.full
-    normal = law.stiffness / (1.0 + (c.kappa + law.normal_compliance) * law.c)
-    stick = law.stiffness / (1.0 + (c.kappa + law.tangential_compliance) * law.c)
+    stiffness = law.stiffness * c.operators.depth
+    normal = stiffness / (1.0 + (c.kappa + law.normal_compliance) * law.c)
+    stick = stiffness / (1.0 + (c.kappa + law.tangential_compliance) * law.c)
     return np.asarray(normal), np.where(c.status == Status.STICK, stick, full), full
 
 

@@ -18,7 +18,8 @@ class Segments:
     Attributes:
         facets: Nonmortar and mortar facet of each segment, shape (s, 2).
         span: Interval of the nonmortar facet coordinate ξ in [-1, 1], shape (s, 2).
-        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], N1g, N2g [m²], shape (s, 7).
+        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], N1g, N2g [m²], shape (s, 7); around an axis
+            all of them times a length.
         derivatives: Of the integrals with respect to the positions of a, b, the normals at a, b and
             the positions of c, d, shape (s, 7, 12); None where not asked for.
     """
@@ -84,8 +85,8 @@ def cut(
     span, integrals, distance = np.empty((p, 2)), np.empty((p, 7)), np.empty(p)
     derivatives = np.empty((p, 7, 12)) if differentiate else None
     lib.cf_segments(
-        _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar), p,
-        _read_int(pairs), _write(span), _write(integrals), _write(distance),
+        _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar),
+        mesh.axisymmetric, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
         ffi.NULL if derivatives is None else _write(derivatives),
     )  # fmt: skip
     keep = span[:, 1] > span[:, 0]

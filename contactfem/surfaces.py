@@ -30,6 +30,9 @@ class InterfaceMesh:
         X: Reference coordinates of all nodes [m], shape (n, 2).
         free: Components of each node that contact may move, shape (n, 2).
         basis: Functions that the multiplier is made of: dual ones (9), or the shape functions (7).
+        axisymmetric: Whether integrals over the interface run around the axis x = 0, with the
+            weight 2πx [m]: its forces are then those of the whole circumference, and integrals are
+            in [m²] where "[m]" is said.
     """
 
     n_nonmortar: int
@@ -38,6 +41,7 @@ class InterfaceMesh:
     X: Floats
     free: Bools
     basis: Basis = "dual"
+    axisymmetric: bool = False
 
     @property
     def n_nodes(self) -> int:
@@ -124,8 +128,25 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     return NormalField(n, around, blocks, mesh.n_nodes)
 
 
+def half_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
+    """Half the length of the facets at each nonmortar node, without the weight of an axis.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,).
+    """
+    edge = x[mesh.nonmortar[:, 1]] - x[mesh.nonmortar[:, 0]]
+    half = np.repeat(0.5 * np.hypot(edge[:, 0], edge[:, 1]), 2)
+    return np.bincount(mesh.nonmortar.ravel(), half, mesh.n_nonmortar).astype(np.float64)
+
+
 def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:
-    """Half the length of the facets at each nonmortar node, ∫ N_j, with derivative.
+    """∫ N_j over the facets at each nonmortar node, half their length, with derivative.
+
+    On a facet it is L (2 d_j + d_k) / 6 with the weights d of its ends: 1, or 2πx around an axis.
 
     Args:
         mesh: The interface.
@@ -137,17 +158,20 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
     ends = mesh.nonmortar
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     size = np.hypot(edge[:, 0], edge[:, 1])
-    t = 0.5 * edge / size[:, None]
+    t = edge / size[:, None]
+    slope = 2.0 * np.pi if mesh.axisymmetric else 0.0
+    weight = slope * x[ends, 0] if mesh.axisymmetric else np.ones(ends.shape)
+    share = (2.0 * weight + weight[:, ::-1]) / 6.0
     rows, cols, values = [], [], []
     for j in (0, 1):
         for k, sign in ((0, -1.0), (1, 1.0)):
             rows.append(np.repeat(ends[:, j][:, None], 2, 1))
             cols.append(_expand(ends[:, k]))
-            values.append(sign * t)
-    half: Floats = np.bincount(ends.ravel(), np.repeat(0.5 * size, 2), mesh.n_nonmortar).astype(
-        np.float64
-    )
-    return half, _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
+            value = sign * share[:, j, None] * t
+            value[:, 0] += size * slope * (2.0 if k == j else 1.0) / 6.0
+            values.append(value)
+    half = np.bincount(ends.ravel(), (size[:, None] * share).ravel(), mesh.n_nonmortar)
+    return half.astype(np.float64), _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
 
 
 def _averaged(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:

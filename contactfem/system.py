@@ -162,6 +162,11 @@ class System:
         self.pattern = self._bulk_pattern()
 
     @property
+    def axisymmetric(self) -> bool:
+        """Whether the bodies stand around the axis x = 0; all forces are then in N, not N/m."""
+        return self.bodies[0].axisymmetric
+
+    @property
     def is_linear(self) -> bool:
         """Whether no body's tangent depends on the state."""
         return all(body.is_linear for body in self.bodies)

@@ -14,17 +14,18 @@ if TYPE_CHECKING:
     from contactfem.case import Case
 
 
-def step_line(report: StepReport) -> str:
+def step_line(report: StepReport, force_unit: str = "N/m") -> str:
     """Say in one line how a step went.
 
     Args:
         report: the step.
+        force_unit: SI unit of its forces.
 
     Returns:
         The line.
     """
     forces = "  ".join(
-        f"{name} ({engineering(force[0], 'N/m', 4)}, {engineering(force[1], 'N/m', 4)})"
+        f"{name} ({', '.join(engineering(part, force_unit, 4) for part in force)})"
         for name, force in report.forces.items()
     )
     cuts = f"  cut-backs {report.cutbacks}" if report.cutbacks else ""
@@ -48,6 +49,7 @@ class Reporter:
         """
         self._bar = bar
         self._end = case.time.end
+        self._force_unit = case.force_unit
         self._stream = sys.stdout if stream is None else stream
         self._progress: Progress | None = None
         self._task: TaskID | None = None
@@ -88,7 +90,7 @@ class Reporter:
         Args:
             report: the step.
         """
-        self.say(step_line(report))
+        self.say(step_line(report, self._force_unit))
         if self._progress is not None and self._task is not None:
             now = f"t = {engineering(report.t, 's', 4)}"
             self._progress.update(self._task, completed=report.t, t=now)

@@ -182,15 +182,17 @@ class TableOf:
     def _table(self, value: object, info: ValidationInfo) -> Table:
         if isinstance(value, Table):
             return value
+        # The case's dimension may ask for another unit, as N for N/m.
+        symbol = (info.context or {}).get("units", {}).get(self.symbol, self.symbol)
         if not isinstance(value, list | tuple):
-            return constant(read_quantity(value, self.symbol, info))
-        rows = _rows(value, self.symbol)
+            return constant(read_quantity(value, symbol, info))
+        rows = _rows(value, symbol)
         times = tuple(read_quantity(row[0], "s", info) for row in rows)
         for before, after in pairwise(times):
             if not before < after:
                 why = f"times are out of order: {after:g} s follows {before:g} s"
                 raise _wrong(why, "ascending times")
-        return Table(times, tuple(read_quantity(row[1], self.symbol, info) for row in rows))
+        return Table(times, tuple(read_quantity(row[1], symbol, info) for row in rows))
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:

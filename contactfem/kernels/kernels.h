@@ -23,10 +23,12 @@ int64_t cf_pairs(const double *x, const double *normals, int64_t n_nonmortar, co
  * [-1, 1] (empty: both 0). integrals[7*s + i], over the segment with N the nonmortar shape functions:
  *   0: N1 N1   1: N1 N2   2: N2 N2   3: N1 zeta   4: N2 zeta   5: N1 g   6: N2 g
  * with zeta in [0, 1] the mortar facet coordinate of the projection and g the gap [m].
+ * If axisymmetric is not 0 all of them are taken around the axis x = 0: times 2 pi x of nonmortar.
  * distance[s] is the mean |g|. derivatives, if not NULL, is (pairs, 7, 12): with respect to the
  * positions of a and b, the normals at a and b, and the positions of the mortar nodes c and d. */
 int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
-                    const int64_t *mortar, int64_t n_pairs, const int64_t *pairs, double *range,
+                    const int64_t *mortar, int32_t axisymmetric, int64_t n_pairs,
+                    const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
 #ifdef __cplusplus

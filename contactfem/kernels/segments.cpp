@@ -17,6 +17,7 @@ constexpr double gauss_w[n_points] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 // Sine of the angle between a mortar facet and the normals below which it covers nothing: seen along
 // its own direction its coordinate would be 0 / 0.
 constexpr double upright = 1e-12;
+constexpr double turn = 6.28318530717958647693; // 2 pi
 
 template <typename T> struct Point {
   T x, y;
@@ -104,26 +105,30 @@ bool covered(const Pair<T> &s, const Pair<double> &plain_pair, T *lo, T *hi) {
   return opposed(plain_pair, value(*lo)) && opposed(plain_pair, value(*hi));
 }
 
-template <typename T> void integrate(const Pair<T> &s, const T &lo, const T &hi, T *q, double *distance) {
+template <typename T>
+void integrate(const Pair<T> &s, bool axisymmetric, const T &lo, const T &hi, T *q,
+               double *distance) {
   using std::sqrt;
   const Point<T> edge = s.b - s.a, mortar_edge = s.d - s.c;
   const T scale = 0.5 * (hi - lo) * (0.5 * sqrt(dot(edge, edge)));
   double weight = 0.0, mean = 0.0;
   for (int g = 0; g < n_points; ++g) {
     const T xi = 0.5 * (1.0 - gauss_x[g]) * lo + 0.5 * (1.0 + gauss_x[g]) * hi;
-    const T w = gauss_w[g] * scale;
+    T w = gauss_w[g] * scale;
     const Point<T> x = at(s.a, s.b, xi), n = at(s.na, s.nb, xi);
     const T zeta = cross(x - s.c, n) / cross(mortar_edge, n);
     const Point<T> xm{s.c.x + zeta * mortar_edge.x, s.c.y + zeta * mortar_edge.y};
     const T gap = dot(xm - x, n) / sqrt(dot(n, n)); // (2)
+    weight += value(w);
+    mean += value(w) * std::abs(value(gap));
+    if (axisymmetric)
+      w = turn * x.x * w;
     const T w1 = w * (0.5 * (1.0 - xi)), w2 = w * (0.5 * (1.0 + xi));
     const T n1 = 0.5 * (1.0 - xi), n2 = 0.5 * (1.0 + xi);
     const T add[n_integrals] = {w1 * n1,   w1 * n2,   w2 * n2, w1 * zeta,
                                 w2 * zeta, w1 * gap, w2 * gap};
     for (int i = 0; i < n_integrals; ++i)
       q[i] = q[i] + add[i];
-    weight += value(w);
-    mean += value(w) * std::abs(value(gap));
   }
   *distance = weight > 0.0 ? mean / weight : 0.0;
 }
@@ -149,23 +154,25 @@ Pair<Dual<n_inputs>> differentiated(const Pair<double> &s) {
 }
 
 template <typename T>
-bool segment(const Pair<T> &s, const Pair<double> &values, double *range, T *q, double *distance) {
+bool segment(const Pair<T> &s, const Pair<double> &values, bool axisymmetric, double *range, T *q,
+             double *distance) {
   T lo, hi;
   if (!covered(s, values, &lo, &hi))
     return false;
   range[0] = value(lo);
   range[1] = value(hi);
-  integrate(s, lo, hi, q, distance);
+  integrate(s, axisymmetric, lo, hi, q, distance);
   return true;
 }
 
 } // namespace
 
 extern "C" int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
-                               const int64_t *mortar, int64_t n_pairs, const int64_t *pairs,
-                               double *range, double *integrals, double *distance,
-                               double *derivatives) {
+                               const int64_t *mortar, int32_t axisymmetric, int64_t n_pairs,
+                               const int64_t *pairs, double *range, double *integrals,
+                               double *distance, double *derivatives) {
   const Input in{x, normals, nonmortar, mortar};
+  const bool around = axisymmetric != 0;
   int64_t found = 0;
   for (int64_t s = 0; s < n_pairs; ++s) {
     const Pair<double> pair = gather(in, pairs[2 * s], pairs[2 * s + 1]);
@@ -173,11 +180,11 @@ extern "C" int64_t cf_segments(const double *x, const double *normals, const int
     std::fill(q, q + n_integrals, 0.0);
     range[2 * s] = range[2 * s + 1] = distance[s] = 0.0;
     if (derivatives == nullptr) {
-      found += segment(pair, pair, range + 2 * s, q, distance + s);
+      found += segment(pair, pair, around, range + 2 * s, q, distance + s);
       continue;
     }
     Dual<n_inputs> live_q[n_integrals];
-    found += segment(differentiated(pair), pair, range + 2 * s, live_q, distance + s);
+    found += segment(differentiated(pair), pair, around, range + 2 * s, live_q, distance + s);
     for (int i = 0; i < n_integrals; ++i) {
       q[i] = live_q[i].v;
       std::copy(live_q[i].d.begin(), live_q[i].d.end(),

@@ -33,6 +33,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "path": Path("cattaneo_mindlin.toml"),
         "dimension": "plane strain",
         "strain": "finite",
+        "force_unit": "N/m",
         "bodies": {"lower": None, "upper": None},
         "interfaces": {
             "sole": SimpleNamespace(mortar="lower.top", friction=Friction(coefficient=FRICTION))

@@ -165,7 +165,7 @@ BROKEN = {
     "or 'max'",
     "expect.steps={min=3, max=1}": "expect.steps: min is above max",
     'expect."probe.corner".rel=-1': 'expect."probe.corner".rel = -1: must be >= 0',
-    'dimension="2d"': "dimension = 2d: must be one of plane strain, 3d",
+    'dimension="2d"': "dimension = 2d: must be one of plane strain, axisymmetric, 3d",
     # the override itself
     "conditions.9.pressure=1": "conditions.9: must be an index from 0 to 3",
     "title": "--set title: must be of the form a.b.c=value",

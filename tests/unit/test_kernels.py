@@ -24,13 +24,14 @@ def integers(array):
     return ffi.from_buffer("int64_t[]", array)
 
 
-def cut(x, normals, pairs=((0, 0),), facets=FACETS, differentiate=True):
+def cut(x, normals, pairs=((0, 0),), facets=FACETS, differentiate=True, axisymmetric=False):
     """Call the kernel, into arrays that hold rubbish; count, range, integrals, distance, slopes."""
     pairs = np.array(pairs, np.int64).reshape(-1, 2)
     s = len(pairs)
     out = [np.full(shape, np.nan) for shape in ((s, 2), (s, 7), s, (s, 7, 12))]
     count = lib.cf_segments(
-        doubles(x), doubles(normals), *(integers(f) for f in facets), s, integers(pairs),
+        doubles(x), doubles(normals), *(integers(f) for f in facets), axisymmetric, s,
+        integers(pairs),
         *(doubles(a) for a in out[:3]), doubles(out[3]) if differentiate else ffi.NULL,
     )  # fmt: skip
     return count, *out

@@ -26,7 +26,7 @@ def test_a_step_is_one_line(make_run, changed):
 
 def test_plain_lines_without_a_terminal(make_run):
     stream = io.StringIO()
-    case = SimpleNamespace(time=SimpleNamespace(end=1.0))
+    case = SimpleNamespace(force_unit="N/m", time=SimpleNamespace(end=1.0))
     with Reporter(case, stream) as reporter:
         reporter.step(make_run().steps[0])
         reporter.say("done [not markup]")
@@ -38,7 +38,7 @@ def test_plain_lines_without_a_terminal(make_run):
 
 def test_a_bar_on_a_terminal_between_whole_lines(make_run):
     stream = Screen()
-    case = SimpleNamespace(time=SimpleNamespace(end=1.0))
+    case = SimpleNamespace(force_unit="N/m", time=SimpleNamespace(end=1.0))
     with Reporter(case, stream) as reporter:
         for step in make_run().steps:
             reporter.step(step)
