@@ -37,8 +37,11 @@ def explain(
                 "the body there: the load may exceed what friction can carry "
                 f"({law.friction}), and then there is no equilibrium"
             )
-        if course and not course[-1].active.any():
-            return f"contact at '{interface.name}' was lost, and nothing else holds the body there"
+        if course and not (course[-1].pressure[course[-1].active] > 0.0).any():
+            return (
+                f"contact at '{interface.name}' is lost, and nothing else holds the body there: "
+                "the load may pull it off"
+            )
     if len(iterations) < 2:
         return ""
     flips = [

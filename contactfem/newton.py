@@ -243,7 +243,8 @@ class NewtonSolver:
         # if the residual is small with either status, both describe the same equilibrium.
         small = self._residuals[-2:]
         stands = stands or (len(small) == 2 and max(small) <= self.tolerance)
-        stands = stands and not self._kept
+        idle = max(norm, self._forces()) <= ROUND_OFF * self._stiffness  # touches without force
+        stands = stands and (not self._kept or idle)
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
         if not np.isfinite(norm):
