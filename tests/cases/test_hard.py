@@ -19,7 +19,6 @@ OPEN = {  # what the solver does not do yet; the expectation is the right answer
     ("reversed", None): LEAN,
     ("self_contact", None): ONE_SIDED,
     ("self_contact", "lower_nonmortar"): ONE_SIDED,
-    ("starts", "touching"): "no status is right where bodies touch without any force",
 }
 
 
