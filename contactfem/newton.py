@@ -244,7 +244,7 @@ class NewtonSolver:
         small = self._residuals[-2:]
         stands = stands or (len(small) == 2 and max(small) <= self.tolerance)
         idle = max(norm, self._forces()) <= ROUND_OFF * self._stiffness  # touches without force
-        stands = stands and (not self._kept or idle)
+        stands = bool(stands and (not self._kept or idle))
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
         if not np.isfinite(norm):

@@ -172,4 +172,5 @@ def test_files_that_are_not_meshes(with_file, content):
 @pytest.mark.parametrize("path", sorted((ROOT / "cases").rglob("*.toml")), ids=lambda p: p.stem)
 def test_every_case_file_can_be_described(path):
     text = check_case(read_case(path))
-    assert "WARNING" not in text
+    locks = path.stem == "near_incompressible"  # quadrilaterals of K/mu = 1e4, on purpose
+    assert ("WARNING" in text) == locks
