@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 SURROUNDINGS = 0.35  # drawn on either side of the contact, as a share of its width
 FINE = 1200  # points on the curve of a closed form
 
+ROUND_OFF_SHARE = 1e-6  # of a facet's length: gaps and slips below it are not drawn larger
+
 
 @dataclass(frozen=True)
 class _Strip:
@@ -144,10 +146,12 @@ def _paint_length(axes: Axes, strip: _Strip, name: str, values: FloatArray, colo
     """Draw a length along the strip, with its own unit and limits from what is in the window."""
     low, high = strip.window
     seen = values[(strip.s >= low) & (strip.s <= high) & np.isfinite(values)]
-    unit = scale_for(float(np.abs(seen).max(initial=0.0)), "m")
+    # what is far below a facet's length is round-off, and an axis of it would only show noise
+    floor = ROUND_OFF_SHARE * float(strip.table.facet_length.max(initial=0.0))
+    unit = scale_for(float(np.abs(seen).max(initial=floor)), "m")
     axes.plot(strip.s, values / unit.factor, color=colour, zorder=3)
     bounds = np.array([float(seen.min(initial=0.0)), float(seen.max(initial=0.0))]) / unit.factor
-    pad = 0.1 * float(np.ptp(bounds)) or 1.0
+    pad = max(0.1 * float(np.ptp(bounds)), floor / unit.factor) or 1.0
     axes.set_ylim(bounds[0] - pad, bounds[1] + pad)
     axes.set_ylabel(quantity_label(name, unit.label), color=colour)
 
