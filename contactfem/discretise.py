@@ -39,11 +39,12 @@ from contactfem.laws import (
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
+from contactfem.numbering import Grip, Prescribed
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Friction, Material, Plane, Polyline
 from contactfem.scene import Interface as InterfaceModel
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
-from contactfem.system import Grip, Prescribed, System
+from contactfem.system import System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 

@@ -149,6 +149,11 @@ class BodyProblem:
         return form
 
     @property
+    def n_dofs(self) -> int:
+        """Scalar dofs of this rank, owned and ghost."""
+        return len(self.u.x.array)
+
+    @property
     def displacement(self) -> fem.Function:
         """Displacement [m], the whole or a part of `u`, for interpolation at the vertices."""
         return self.u if self.law.mixed is None else self.u.sub(0)

@@ -22,7 +22,7 @@ PARALLEL = """
     compat meshing
     blocks surfaces segments mortar
     contact
-    elements mechanics system tangent interface coupling condensed saddle stability
+    elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
     fields discretise diagnosis state gathering recorder run
     suite cli_run cli

@@ -26,9 +26,10 @@ from contactfem.meshes.block import Block
 from contactfem.meshes.box import Box
 from contactfem.meshing import distribute
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.numbering import Prescribed
 from contactfem.run import run_case
 from contactfem.scene import Body, Material
-from contactfem.system import Prescribed, System
+from contactfem.system import System
 from contactfem.tables import Table, constant
 from contactfem.timers import Timers
 

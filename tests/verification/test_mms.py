@@ -16,7 +16,8 @@ from contactfem.meshes.block import Block
 from contactfem.meshes.box import Box
 from contactfem.meshing import distribute
 from contactfem.newton import NewtonSolver, StepInput
-from contactfem.system import Prescribed, System
+from contactfem.numbering import Prescribed
+from contactfem.system import System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 
