@@ -56,6 +56,26 @@ class Solver(Model):
     petsc: dict[str, str] = {}
 
 
+class Heat(Model):
+    """Heat conduction, solved after the mechanics of each step (isothermal split).
+
+    `scheme`: in time, cG(k) (22)-(27), the L-stable dG(k), or "steady". cG(1) is the default: second
+    order at the price of one solve; it may ring where a start is inconsistent or ρc tiny, which is
+    said, and dG(1) is the remedy. `max_passes` of mechanics and heat per step, until temperatures
+    change less than `tolerance` of their range; `relaxation` "aitken" or a fixed factor.
+    `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
+    """
+
+    scheme: Literal[
+        "cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"
+    ] = "cG(1)"
+    max_passes: Annotated[Count, Field(ge=1)] = 1
+    tolerance: Fraction = 1e-6
+    relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = "aitken"
+    thermoelastic: Flag = False
+    petsc: dict[str, str] = {}
+
+
 class Output(Model):
     """What is written besides the history; `times`: when interfaces are written before the end."""
 
@@ -121,7 +141,10 @@ class ClosedForm(Model):
 
 
 class Case(Model):
-    """A whole case; names that refer to something are known to exist."""
+    """A whole case; names that refer to something are known to exist.
+
+    `heat`: heat is solved for where this table stands; with `mechanics = false` it alone.
+    """
 
     title: str
     references: tuple[str, ...] = ()
@@ -132,6 +155,8 @@ class Case(Model):
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     obstacles: dict[Name, Obstacle] = {}
     interfaces: dict[Name, Interface] = {}
+    mechanics: Flag = True
+    heat: Heat | None = None
     conditions: tuple[Condition, ...] = ()
     probes: dict[Name, Probe] = {}
     closed_form: dict[Name, ClosedForm] = {}
@@ -140,6 +165,11 @@ class Case(Model):
     expect: dict[str, Expectation] = {}
     variants: dict[Name, dict[str, Any]] = {}
     path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
+
+    @field_validator("heat", mode="before")
+    @classmethod
+    def _off(cls, value: object) -> object:
+        return None if value is False else value
 
     @model_validator(mode="after")
     def _linked(self) -> Self:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 from contactfem.contradictions import contradictions
 from contactfem.element_choice import SIMPLICES
+from contactfem.heat_links import broken_heat
 from contactfem.meshes import MeshFile
 from contactfem.model import AXES
 from contactfem.overrides import nearest
+from contactfem.scene import IN_VOLUME
 
 if TYPE_CHECKING:
     from contactfem.case import Case
@@ -34,6 +36,7 @@ def broken_links(case: Case) -> list[str]:
         *_conditions(case),
         *_probes(case),
         *_names(case),
+        *broken_heat(case),
     ]
     return lines or list(contradictions(case))
 
@@ -121,7 +124,7 @@ def _interfaces(case: Case) -> Iterator[str]:
 def _conditions(case: Case) -> Iterator[str]:
     for number, condition in enumerate(case.conditions):
         key = f"conditions.{number}"
-        if condition.kind == "body_force" or condition.at is not None:
+        if condition.kind in IN_VOLUME or condition.at is not None:
             if condition.on not in case.bodies:
                 yield _unknown(f"{key}.on", condition.on, "body", case.bodies)
         else:
@@ -173,6 +176,8 @@ def _probes(case: Case) -> Iterator[str]:
         if probe.on not in case.bodies:
             yield _unknown(f"{key}.on", probe.on, "body", case.bodies)
         yield from _position(case, key, probe.on, probe.at)
+        if probe.value == "temperature" and case.heat is None:
+            yield f"{key}.value = temperature: heat is not solved for; add [heat]"
         if case.axes == 2 and probe.value in ("displacement.z", "stress.yz", "stress.xz"):
             yield f"{key}.value = {probe.value}: is zero in {case.dimension}"
 

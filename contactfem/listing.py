@@ -7,6 +7,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from contactfem.functions import FunctionRef
 from contactfem.tables import Table
 from contactfem.units import Quantity, TableOf
 
@@ -69,4 +70,4 @@ def _text(value: object, unit: str) -> str:
         return f"{value:.8g} {unit}".rstrip()
     if isinstance(value, tuple):
         return f"({', '.join(_text(item, '') for item in value)}) {unit}".rstrip()
-    return str(value) if isinstance(value, int | str | Path) else repr(value)
+    return str(value) if isinstance(value, int | str | Path | FunctionRef) else repr(value)

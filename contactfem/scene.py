@@ -21,18 +21,24 @@ from contactfem.model import (
     Traction,
     unit_vector,
 )
+from contactfem.functions import FunctionRef
 from contactfem.tables import Table, constant
 from contactfem.units import (
+    Conductance,
     Conductivity,
     Density,
     Expansion,
     ForcePerVolume,
     HeatCapacity,
+    HeatFluxField,
+    HeatFluxTable,
+    HeatSourceField,
     Length,
     Number,
     Pressure,
     PressureTable,
     Temperature,
+    TemperatureField,
     TemperatureTable,
     si,
 )
@@ -102,15 +108,19 @@ class Material(Model):
 
 
 class Body(Model):
-    """Deformable body; `temperature` is relative to that of the stress-free state.
+    """Deformable body; temperatures are relative to that of the stress-free state.
 
     `element`: linear (P1), or MINI for nearly incompressible simplices; auto: MINI if K/mu > 20.
+    `temperature` is given over time where heat is not solved for; where it is, the body starts from
+    `initial_temperature`, on a `thermal_mesh` of its own or else on the mechanical one.
     """
 
     material: str
     mesh: MeshSpec
     element: Literal["auto", "P1", "MINI"] = "auto"
     temperature: TemperatureTable = Field(default_factory=lambda: constant(0.0))
+    initial_temperature: TemperatureField = Field(default_factory=lambda: constant(0.0))
+    thermal_mesh: MeshSpec | None = None
 
 
 def _at_rest() -> Displacement:
@@ -118,9 +128,13 @@ def _at_rest() -> Displacement:
 
 
 class RigidObstacle(Model):
-    """Rigid mortar side; `displacement` holds both components."""
+    """Rigid mortar side; `displacement` holds both components.
+
+    With a `temperature` it conducts heat, without one it only takes its share of frictional heat.
+    """
 
     displacement: Displacement = Field(default_factory=_at_rest)
+    temperature: TemperatureTable | None = None
 
     @field_validator("displacement")
     @classmethod
@@ -287,6 +301,53 @@ class Friction(Model):
         return f"Coulomb {self.coefficient:g}"
 
 
+class InterfaceHeat(Model):
+    """Heat through an interface, q = h (ϑ_nm - ϑ_m) (15), and the share of frictional heat (16).
+
+    `law`: "insulated"; "pressure", h = conductance (p / hardness)^exponent; "constant" where the
+    surfaces touch; "gas", h = gas_conductivity / (gap + gas_distance), across open gaps too; or a
+    user's function h(p, g) as "file.py:function". `partition` of the frictional heat enters the
+    nonmortar side. `pressure` and `dissipation` (frictional heat per current area) stand in for
+    those of mechanics.
+    """
+
+    law: Annotated[
+        str, Field(pattern=r"^(insulated|pressure|constant|gas|[^:]+\.py:[A-Za-z_]\w*)$")
+    ] = "insulated"
+    conductance: Annotated[Conductance, Field(ge=0)] | None = None
+    hardness: Annotated[Pressure, Field(gt=0)] | None = None
+    exponent: Positive | None = None
+    gas_conductivity: Annotated[Conductivity, Field(gt=0)] | None = None
+    gas_distance: Annotated[Length, Field(gt=0)] | None = None
+    partition: Annotated[float, Field(strict=True, ge=0, le=1)] = 0.5
+    pressure: PressureTable | None = None
+    dissipation: HeatFluxTable | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        keys = ("conductance", "hardness", "exponent", "gas_conductivity", "gas_distance")
+        given = [key for key in keys if getattr(self, key) is not None]
+        needed = HEAT_LAWS.get(self.law, ())
+        if sorted(given) != sorted(needed):
+            wanted = ", ".join(needed) if needed else "none of these"
+            raise ValueError(
+                f"law = '{self.law}' takes {wanted}; found {', '.join(given) or 'none'}"
+            )
+        return self
+
+    @property
+    def conducts(self) -> bool:
+        """Whether heat can pass."""
+        return self.law != "insulated"
+
+
+HEAT_LAWS = {
+    "pressure": ("conductance", "hardness", "exponent"),
+    "constant": ("conductance",),
+    "gas": ("gas_conductivity", "gas_distance"),
+}
+
+
 class Interface(Model):
     """Two sides that may touch: "body.surface", and "body.surface" or an obstacle.
 
@@ -299,6 +360,7 @@ class Interface(Model):
     multiplier: Literal["dual", "standard"] = "dual"
     normal: NormalLaw = Field(default_factory=NormalLaw)
     friction: Friction | None = None
+    heat: InterfaceHeat = Field(default_factory=InterfaceHeat)
 
     @field_validator("friction", mode="before")
     @classmethod
@@ -320,8 +382,23 @@ class Grip(Model):
         return self
 
 
+class Convection(Model):
+    """Heat exchange with surroundings, q = coefficient (ϑ - ambient), on the current surface."""
+
+    coefficient: Annotated[Conductance, Field(gt=0)]
+    ambient: TemperatureTable = Field(default_factory=lambda: constant(0.0))
+
+
+MECHANICAL = ("displacement", "traction", "pressure", "body_force", "grip")
+THERMAL = ("temperature", "heat_flux", "heat_source", "convection")
+IN_VOLUME = ("body_force", "heat_source")
+
+
 class Condition(Model):
-    """One condition on a surface "body.surface", on a "body", or on a body's vertex `at`."""
+    """One condition on a surface "body.surface", on a "body", or on a body's vertex `at`.
+
+    `heat_flux` enters through the current surface, `heat_source` per reference volume.
+    """
 
     on: str
     at: Position | None = None
@@ -330,10 +407,14 @@ class Condition(Model):
     pressure: PressureTable | None = None
     body_force: BodyForce | None = None
     grip: Grip | None = None
+    temperature: TemperatureField | None = None
+    heat_flux: HeatFluxField | None = None
+    heat_source: HeatSourceField | None = None
+    convection: Convection | None = None
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        kinds = ("displacement", "traction", "pressure", "body_force", "grip")
+        kinds = MECHANICAL + THERMAL
         given = [kind for kind in kinds if getattr(self, kind) is not None]
         if len(given) != 1:
             raise ValueError(
@@ -345,9 +426,18 @@ class Condition(Model):
 
     @property
     def kind(self) -> str:
-        """Which of the five it is: the key that it was given under."""
-        kinds = ("displacement", "traction", "pressure", "body_force")
-        return next((kind for kind in kinds if getattr(self, kind) is not None), "grip")
+        """Which one it is: the key that it was given under."""
+        return next(kind for kind in MECHANICAL + THERMAL if getattr(self, kind) is not None)
+
+    @property
+    def is_thermal(self) -> bool:
+        """Whether it is a condition on heat."""
+        return self.kind in THERMAL
+
+    @property
+    def field(self) -> Table | FunctionRef | None:
+        """Value of a thermal condition over time, or over place and time: ϑ, flux or source."""
+        return self.temperature or self.heat_flux or self.heat_source
 
     @property
     def body(self) -> str:
@@ -380,4 +470,5 @@ class Probe(Model):
         "stress.xy",
         "stress.yz",
         "stress.xz",
+        "temperature",
     ]

@@ -22,6 +22,7 @@ from contactfem.dimensions import (
     unit,
     with_article,
 )
+from contactfem.functions import FunctionRef, is_reference, reference
 from contactfem.tables import Table, constant
 
 STRICT: Mapping[str, Any] = {"strict_units": True}
@@ -38,6 +39,9 @@ EXAMPLES = {
     "kg/m^3": "7850 kg/m^3",
     "W/m/K": "45 W/m/K",
     "J/kg/K": "460 J/kg/K",
+    "W/m^2": "5 kW/m^2",
+    "W/m^3": "1 MW/m^3",
+    "W/m^2/K": "150 W/m^2/K",
 }
 
 
@@ -179,7 +183,7 @@ class TableOf:
         pair = {"type": "array", "prefixItems": [_string("s"), value], "minItems": 2, "maxItems": 2}
         return {"anyOf": [value, {"type": "array", "items": pair, "minItems": 2}]}
 
-    def _table(self, value: object, info: ValidationInfo) -> Table:
+    def _table(self, value: object, info: ValidationInfo) -> Any:
         if isinstance(value, Table):
             return value
         # The case's dimension may ask for another unit, as N for N/m.
@@ -193,6 +197,25 @@ class TableOf:
                 why = f"times are out of order: {after:g} s follows {before:g} s"
                 raise _wrong(why, "ascending times")
         return Table(times, tuple(read_quantity(row[1], symbol, info) for row in rows))
+
+
+@dataclass(frozen=True)
+class FieldOf(TableOf):
+    """Marks a `Table`, or a user's function of place and time, of the dimension of `symbol`."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Editors see a quantity, rows of time and quantity, or the name of a function."""
+        table = super().__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [*table["anyOf"], {"type": "string", "examples": ["fields.py:source"]}]}
+
+    def _table(self, value: object, info: ValidationInfo) -> Any:
+        if isinstance(value, FunctionRef):
+            return value
+        if isinstance(value, str) and is_reference(value):
+            return reference(value)
+        return super()._table(value, info)
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
@@ -225,3 +248,9 @@ TemperatureTable = Annotated[Table, TableOf("K")]
 ForcePerVolume = Annotated[float, Quantity("N/m^3")]
 VolumeForceTable = Annotated[Table, TableOf("N/m^3")]
 LineForceTable = Annotated[Table, TableOf("N/m")]
+
+Conductance = Annotated[float, Quantity("W/m^2/K")]
+HeatFluxTable = Annotated[Table, TableOf("W/m^2")]
+TemperatureField = Annotated[Table | FunctionRef, FieldOf("K")]
+HeatFluxField = Annotated[Table | FunctionRef, FieldOf("W/m^2")]
+HeatSourceField = Annotated[Table | FunctionRef, FieldOf("W/m^3")]

@@ -11,9 +11,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
-    errors dimensions tables units timers laws results references control forms kernels _kernels
+    errors dimensions tables functions units timers laws results references control forms kernels _kernels
     homogeneous engineering overrides profiles
-    meshes model scene element_choice measure contradictions case_links case_errors case listing
+    meshes model scene element_choice measure contradictions heat_links case_links case_errors case listing
     gaps rigid
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
