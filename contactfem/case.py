@@ -59,16 +59,16 @@ class Solver(Model):
 class Heat(Model):
     """Heat conduction, solved after the mechanics of each step (isothermal split).
 
-    `scheme`: in time, cG(k) (22)-(27), the L-stable dG(k), or "steady". cG(1) is the default: second
-    order at the price of one solve; it may ring where a start is inconsistent or ρc tiny, which is
-    said, and dG(1) is the remedy. `max_passes` of mechanics and heat per step, until temperatures
-    change less than `tolerance` of their range; `relaxation` "aitken" or a fixed factor.
-    `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
+    `scheme`: in time, cG(k) (22)-(27), the L-stable dG(k), or "steady". cG(1) is the default:
+    second order at the price of one solve; it may ring where a start is inconsistent or ρc tiny,
+    which is said, and dG(1) is the remedy. `max_passes` of mechanics and heat per step, until
+    temperatures change less than `tolerance` of their range; `relaxation` "aitken" or a fixed
+    factor. `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
     """
 
-    scheme: Literal[
-        "cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"
-    ] = "cG(1)"
+    scheme: Literal["cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"] = (
+        "cG(1)"
+    )
     max_passes: Annotated[Count, Field(ge=1)] = 1
     tolerance: Fraction = 1e-6
     relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = "aitken"

@@ -47,9 +47,25 @@ class Field(Protocol):
         """Scalar dofs of every owned cell, (cells, dofs)."""
 
 
+class Place(Protocol):
+    """One component of some vertices of a body."""
+
+    @property
+    def body(self) -> int:
+        """Number of the body."""
+
+    @property
+    def vertices(self) -> Ints:
+        """Input vertices."""
+
+    @property
+    def component(self) -> int:
+        """Number of the component."""
+
+
 @dataclass(frozen=True)
 class Prescribed:
-    """Value of one component at some vertices of a body over time [m or K]."""
+    """Motion of one component of some vertices of a body over time [m]."""
 
     body: int
     vertices: Ints
@@ -91,7 +107,7 @@ class Numbering:
 def number(
     comm: MPI.Comm,
     fields: Sequence[Field],
-    prescribed: Sequence[Prescribed],
+    prescribed: Sequence[Place],
     grips: Sequence[Grip],
     n_multipliers: int = 0,
 ) -> Numbering:
@@ -100,7 +116,7 @@ def number(
     Args:
         comm: All ranks.
         fields: The bodies' fields.
-        prescribed: Prescribed motions.
+        prescribed: Where values are prescribed.
         grips: Grips.
         n_multipliers: Number of contact multipliers.
 
@@ -159,7 +175,7 @@ class Unknowns:
         self,
         comm: MPI.Comm,
         fields: Sequence[Field],
-        prescribed: Sequence[Prescribed],
+        prescribed: Sequence[Place],
         grips: Sequence[Grip],
         n_multipliers: int = 0,
     ) -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, WithJsonSchema, field_validator, model_validator
 
 from contactfem.dimensions import UnitError
+from contactfem.functions import FunctionRef
 from contactfem.meshes import MeshSpec
 from contactfem.model import (
     BodyForce,
@@ -21,7 +22,6 @@ from contactfem.model import (
     Traction,
     unit_vector,
 )
-from contactfem.functions import FunctionRef
 from contactfem.tables import Table, constant
 from contactfem.units import (
     Conductance,
