@@ -8,6 +8,7 @@ or H: who solves the equations puts their sums together from the weights.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -97,6 +98,11 @@ def _lagrange(nodes: Floats, alpha: Floats, derivative: int = 0) -> Floats:
     return found
 
 
+def _solved(matrix: NDArray[np.floating[Any]], right: Floats) -> Floats:
+    """Return the solution of a linear system, whose type numpy does not tell."""
+    return np.asarray(np.linalg.solve(matrix, right), np.float64)
+
+
 def _gauss(count: int) -> tuple[Floats, Floats]:
     """Return the points and weights of Gauss' rule on (0, 1), exact to degree 2 count - 1."""
     points, weights = legendre.leggauss(count)
@@ -108,13 +114,13 @@ def _radau(count: int) -> tuple[Floats, Floats]:
     points = np.sort(legendre.legroots([*[0.0] * (count - 1), -1.0, 1.0]))
     points[-1] = 1.0
     moments = np.eye(count)[0]  # ∫ of the Legendre polynomials over (0, 1)
-    return 0.5 * (points + 1.0), np.linalg.solve(legendre.legvander(points, count - 1).T, moments)
+    return 0.5 * (points + 1.0), _solved(legendre.legvander(points, count - 1).T, moments)
 
 
 def _continuous(k: int) -> TimeScheme:
     """Return cG(k): trial functions of degree k, continuous, tests of degree k - 1."""
     points, weights = _gauss(k + 1)
-    nodes = np.linspace(0.0, 1.0, k + 1)
+    nodes = np.linspace(0.0, 1.0, k + 1, dtype=np.float64)
     tests = weights * legendre.legvander(2.0 * points - 1.0, k - 1).T
     storage = tests @ _lagrange(nodes, points, derivative=1)
     trial = _lagrange(nodes, points)
@@ -129,7 +135,7 @@ def _continuous(k: int) -> TimeScheme:
         rate_start=-np.ones(k),
         trial=trial[:, 1:],
         trial_start=trial[:, 0],
-        test=np.linalg.solve(storage[:, 1:], tests),
+        test=_solved(storage[:, 1:], tests),
         end=np.eye(k)[-1],
     )
 
@@ -157,7 +163,7 @@ def _discontinuous(k: int) -> TimeScheme:
         rate_start=-np.ones(k + 1),
         trial=np.eye(k + 1),
         trial_start=np.zeros(k + 1),
-        test=np.linalg.solve(storage, tests),
+        test=_solved(storage, tests),
         end=np.eye(k + 1)[-1],
     )
 
