@@ -11,9 +11,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
-    errors dimensions tables functions units timers laws results references control forms kernels _kernels
-    homogeneous engineering overrides profiles
-    meshes model scene element_choice measure contradictions heat_links case_links case_errors case listing
+    errors dimensions tables functions units timers laws results references control forms kernels
+    _kernels time_schemes ringing heat_laws homogeneous engineering overrides profiles
+    meshes model scene element_choice measure contradictions heat_links case_links case_errors case
+    listing
     gaps rigid
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
@@ -24,6 +25,7 @@ PARALLEL = """
     contact
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
+    heat heat_interface heat_matrix heat_system
     fields discretise diagnosis state gathering recorder run
     suite cli_run cli
 """
