@@ -14,12 +14,12 @@ PLAIN = """
     errors dimensions tables units timers laws results references control forms kernels _kernels
     homogeneous engineering overrides profiles
     meshes model scene element_choice measure contradictions case_links case_errors case listing
-    gaps rigid
+    gaps rigid boxes nearest shapes location
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing
+    compat meshing transfer
     blocks surfaces segments mortar
     contact
     elements mechanics system tangent interface coupling condensed saddle stability
