@@ -3,18 +3,17 @@
 import numpy as np
 
 from contactfem.case import Case
-from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.fields import nodal_average
 from contactfem.laws import Status
 from contactfem.meshing import gather_vertex_values
 from contactfem.results import BodyPicture, InterfaceTable
+from contactfem.rim import rim_values
 from contactfem.state import State
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
 DISPLACEMENT = ("displacement.x", "displacement.y", "displacement.z")
-BARELY = 1e-3  # cover below which the multiplier has lost its digits
 
 
 def body_pictures(discretisation: Discretisation) -> list[BodyPicture]:
@@ -137,27 +136,6 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
             )
         )
     return tables
-
-
-def rim_values(c: Conditions) -> tuple[Floats, Floats]:
-    """Pressure and traction, with the rim rule where a node is barely covered.
-
-    There p_j = p_k - g_j/κ_j and t_j = t_k.
-    λ_j = -R_j / D_jj loses all digits as D_jj ~ cover² vanishes; the rule, exact at
-    convergence, does not. Its terms of slip vanish with 1/κ_j.
-
-    Args:
-        c: Conditions at convergence.
-
-    Returns:
-        Pressure and traction [Pa], (n,) each.
-    """
-    pressure, traction = c.pressure.copy(), c.traction.copy()
-    poor = c.active & (c.kappa > 0.0) & (c.operators.cover < BARELY)
-    neighbour = c.rim[poor]
-    pressure[poor] = pressure[neighbour] - c.operators.gap[poor] / c.kappa[poor]
-    traction[poor] = traction[neighbour]
-    return pressure, traction
 
 
 def _arc(mesh: InterfaceMesh, x: Floats) -> Floats:

@@ -153,10 +153,15 @@ def positive(points: Floats, cells: Ints, cell_type: CellName) -> Ints:
 
 def boundary_facets(cells: Ints, cell_type: CellName) -> Ints:
     """Facets (k, nf) that belong to one cell only, oriented outward."""
+    return boundary(cells, cell_type)[0]
+
+
+def boundary(cells: Ints, cell_type: CellName) -> tuple[Ints, Ints]:
+    """Facets (k, nf) that belong to one cell only, oriented outward, and that cell (k,)."""
     facets = np.concatenate([cells[:, list(local)] for local in FACETS[cell_type]])
     number = _numbered(facets)
-    outer: Ints = facets[np.bincount(number)[number] == 1]
-    return outer
+    outer = np.flatnonzero(np.bincount(number)[number] == 1)
+    return facets[outer], outer % len(cells)
 
 
 def _numbered(rows: Ints) -> Ints:

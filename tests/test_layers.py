@@ -15,18 +15,18 @@ PLAIN = """
     _kernels time_schemes ringing heat_laws homogeneous engineering overrides profiles
     meshes model scene element_choice measure contradictions heat_links case_links case_errors case
     listing
-    gaps rigid
+    gaps rigid boxes nearest shapes location
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing
+    compat meshing transfer
     blocks surfaces segments mortar
-    contact
+    contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
-    heat heat_interface heat_matrix heat_system
-    fields discretise diagnosis state gathering recorder run
+    heat heat_interface heat_matrix heat_system thermal
+    discretise_heat fields discretise diagnosis state staggered gathering recorder run
     suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()
