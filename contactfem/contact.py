@@ -76,7 +76,7 @@ class History:
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
         traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n,).
         dt: Length of the step, for the slip speed [s].
-        temperature: Of the nonmortar side, for friction that depends on it [K].
+        temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
     """
 
     D: Floats
@@ -84,7 +84,7 @@ class History:
     pressure: Floats | None = None
     traction: Floats | None = None
     dt: float = 1.0
-    temperature: float = 0.0
+    temperature: Floats | float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
 """From a case to its discretisation: meshes on the ranks, system of equations, interfaces."""
 
-import importlib.util
-from collections.abc import Callable
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from mpi4py import MPI
 
+from contactfem import functions
 from contactfem.case import Case
 from contactfem.condensed import Interface
 from contactfem.contact import Contact, ContactLaw
@@ -48,6 +50,9 @@ from contactfem.system import System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 
+if TYPE_CHECKING:
+    from contactfem.thermal import Thermal
+
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
 PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
@@ -64,6 +69,7 @@ class Discretisation:
         interfaces: The interfaces.
         held: Names of what each prescribed motion belongs to, "body.surface.x".
         unheld: Bodies that their conditions leave a rigid motion.
+        heat: The heat side; None where heat is not solved for.
     """
 
     bodies: dict[str, BodyProblem]
@@ -71,6 +77,7 @@ class Discretisation:
     interfaces: tuple[Interface, ...]
     held: tuple[str, ...]
     unheld: frozenset[str]
+    heat: Thermal | None = None
 
 
 def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
@@ -88,7 +95,7 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
         CaseError: The meshes do not fit the case.
     """
     with timers.book("mesh"):
-        meshes = {name: _mesh(case, name, comm) for name in case.bodies}
+        meshes = {name: _mesh(case, name, "mesh", comm) for name in case.bodies}
     with timers.book("jit"):
         bodies = {name: _body(case, name, mesh) for name, mesh in meshes.items()}
     with timers.book("setup"):
@@ -110,11 +117,43 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
         system = System(comm, list(bodies.values()), prescribed, grips, kept)
         interfaces = tuple(
             Interface(name, *_interface(case, name, system, index, meshes))
-            for name in case.interfaces
+            for name in (case.interfaces if case.mechanics else ())
         )
         _refuse_shared_nodes(interfaces)
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
-    return Discretisation(bodies, system, interfaces, tuple(held), unheld)
+    thermal = _heat(case, bodies, meshes, interfaces, comm, timers) if case.heat else None
+    return Discretisation(bodies, system, interfaces, tuple(held), unheld, thermal)
+
+
+def _heat(
+    case: Case,
+    bodies: dict[str, BodyProblem],
+    meshes: dict[str, BodyMesh],
+    interfaces: tuple[Interface, ...],
+    comm: MPI.Comm,
+    timers: Timers,
+) -> Thermal:
+    """The heat side, on thermal meshes or, where a body has none, on the mechanical one."""
+    from contactfem.discretise_heat import discretise_heat
+
+    with timers.book("mesh"):
+        thermal = {
+            name: meshes[name]
+            if body.thermal_mesh is None
+            else _mesh(case, name, "thermal_mesh", comm)
+            for name, body in case.bodies.items()
+        }
+    with timers.book("heat.setup"):
+        free = {interface.name: interface.nodes.mesh.free for interface in interfaces}
+        sides = {}
+        for name, interface in case.interfaces.items():
+            body, _, surface = interface.nonmortar.partition(".")
+            X = meshes[body].surface(surface).X
+            rigid = interface.mortar in case.obstacles
+            obstacle = _obstacle(case, interface.mortar, X) if rigid else None
+            longest = float(_lengths(X, meshes[body].surface(surface).facets).max())
+            sides[name] = obstacle, _search_radius(interface, X, longest), free.get(name)
+        return discretise_heat(case, bodies, thermal, sides, comm, timers)
 
 
 def _multipliers(case: Case, meshes: dict[str, BodyMesh]) -> int:
@@ -123,16 +162,16 @@ def _multipliers(case: Case, meshes: dict[str, BodyMesh]) -> int:
     return sum(meshes[body].surface(surface).X.size for body, _, surface in sides)
 
 
-def _mesh(case: Case, name: str, comm: MPI.Comm) -> BodyMesh:
+def _mesh(case: Case, name: str, key: Literal["mesh", "thermal_mesh"], comm: MPI.Comm) -> BodyMesh:
     """A body's mesh on the ranks; an error of the builder on the first rank is raised on all."""
     data, error = None, None
     if comm.rank == 0:
         try:
-            data = case.bodies[name].mesh.build()
+            data = getattr(case.bodies[name], key).build()
             if case.axisymmetric:
                 _check_radii(data.points[:, 0])
         except CaseError as raised:
-            error = CaseError(f"{case.path}: bodies.{name}.mesh: {raised}")
+            error = CaseError(f"{case.path}: bodies.{name}.{key}: {raised}")
     error = comm.bcast(error)
     if error is not None:
         raise error
@@ -161,7 +200,8 @@ def _body(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
     law = _law(case, case.materials[body.material], mixed=element == "MINI")
     loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
-    return BodyProblem(name, mesh, law, body.temperature, loads, case.axisymmetric)
+    theta = body.temperature if case.heat is None else None
+    return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
 def _law(case: Case, material: Material, *, mixed: bool) -> Law:
@@ -183,17 +223,10 @@ def _law(case: Case, material: Material, *, mixed: bool) -> Law:
 
 def _user_energy(case: Case, reference: str) -> Energy:
     """A user's energy "file.py:function", the file relative to the case."""
-    file, _, name = reference.rpartition(":")
-    path = case.path.parent / file
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise CaseError(f"{case.path}: material model {reference!r}: there is no file {path}")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    function: Callable[..., object] | None = getattr(module, name, None)
-    if function is None:
-        raise CaseError(f"{case.path}: material model {reference!r}: no function '{name}'")
-    return function
+    try:
+        return functions.reference(reference).load(case.path.parent)
+    except CaseError as error:
+        raise CaseError(f"{case.path}: material model {error}") from None
 
 
 def _loads(condition: Condition, axes: int) -> list[Load]:
@@ -252,7 +285,6 @@ def _interface(
     around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
     h = around / np.bincount(nodes.mesh.nonmortar.ravel())
     h_mortar = float(_lengths(nodes.X, nodes.mesh.mortar).mean())
-    extent = float(np.hypot(*np.ptp(nonmortar.surface.X, axis=0)))
     friction = interface.friction
     c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
     normal, tangential = compliances(interface, c)
@@ -262,12 +294,18 @@ def _interface(
         c_n=interface.normal.c_factor,
         c_t=interface.normal.c_factor * (friction.c_factor if friction else 1.0),
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=interface.search_radius or max(SEARCH_SHARE * extent, 2 * lengths.max()),
+        search_radius=_search_radius(interface, nonmortar.surface.X, float(lengths.max())),
         normal_compliance=normal,
         tangential_compliance=tangential,
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
+
+
+def _search_radius(interface: InterfaceModel, X: Floats, longest: float) -> float:
+    """How far apart the surfaces look for each other [m], by the nodes X and longest facet [m]."""
+    extent = float(np.hypot(*np.ptp(X, axis=0)))
+    return interface.search_radius or max(SEARCH_SHARE * extent, 2 * longest)
 
 
 def friction_law(friction: Friction | None) -> FrictionLaw:

@@ -7,7 +7,7 @@ from contactfem.discretise import Discretisation
 from contactfem.fields import nodal_average
 from contactfem.laws import Status
 from contactfem.meshing import gather_vertex_values
-from contactfem.results import BodyPicture, InterfaceTable
+from contactfem.results import BodyPicture, InterfaceTable, SurfaceHeat
 from contactfem.rim import rim_values
 from contactfem.state import State
 from contactfem.surfaces import Floats, InterfaceMesh, Ints
@@ -40,27 +40,60 @@ def body_pictures(discretisation: Discretisation) -> list[BodyPicture]:
     return pictures
 
 
+def heat_pictures(discretisation: Discretisation, state: State) -> list[BodyPicture]:
+    """Thermal meshes with temperature and nodal heat flux, on the first rank; collective.
+
+    Args:
+        discretisation: The bodies.
+        state: The last good state.
+
+    Returns:
+        One picture per body; empty elsewhere, and where heat is not solved for.
+    """
+    from dolfinx import fem
+
+    pictures = []
+    comm = discretisation.system.comm
+    for k, body in enumerate(discretisation.heat.bodies if discretisation.heat else ()):
+        body.theta.x.array[:], body.u.x.array[:] = state.theta[k], state.thermal_u[k]
+        domain = body.mesh.mesh
+        u = gather_vertex_values(comm, body.mesh, body.displacement_space, body.u.x.array)
+        theta = gather_vertex_values(comm, body.mesh, body.V, body.theta.x.array)
+        V = fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,)))
+        average = nodal_average(V, body.cell_flux())
+        flux = gather_vertex_values(comm, body.mesh, V, average.x.array)
+        data = body.mesh.data
+        if data is not None and u is not None and theta is not None and flux is not None:
+            fields = {"temperature": theta, "heat_flux": flux}
+            pictures.append(BodyPicture(body.name, data.points, data.cells, u, fields))
+    return pictures
+
+
 def probe_values(
-    case: Case, discretisation: Discretisation, pictures: list[BodyPicture]
+    case: Case, pictures: list[BodyPicture], heat: list[BodyPicture]
 ) -> dict[str, float]:
     """Values at the probes on the first rank, linear on the cell that holds the point.
 
     Args:
         case: Names the probes.
-        discretisation: The bodies.
         pictures: The bodies' values; empty on other ranks.
+        heat: Likewise on thermal meshes.
 
     Returns:
         Value by name [SI].
     """
-    found = {picture.name: picture for picture in pictures}
+    mechanical = {picture.name: picture for picture in pictures}
+    thermal = {picture.name: picture for picture in heat}
     values = {}
     for name, probe in case.probes.items():
+        found = thermal if probe.value == "temperature" else mechanical
         if probe.on not in found:
             continue
         picture = found[probe.on]
         nodes, weights = locate(picture, np.array(probe.at))
-        if probe.value in STRESS:
+        if probe.value == "temperature":
+            column = picture.fields["temperature"][:, 0]
+        elif probe.value in STRESS:
             column = picture.fields["stress"][:, STRESS.index(probe.value)]
         else:
             column = picture.displacement[:, DISPLACEMENT.index(probe.value)]
@@ -96,7 +129,7 @@ def locate(picture: BodyPicture, point: Floats) -> tuple[Ints, Floats]:
 
 
 def interface_tables(discretisation: Discretisation, state: State) -> list[InterfaceTable]:
-    """Nodal values along every interface at the last good state; the same on all ranks.
+    """Nodal values along every interface at the last good state, on all ranks; collective.
 
     Args:
         discretisation: The interfaces.
@@ -133,9 +166,17 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 mortar_pressure=np.divide(
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
                 ),
+                heat=_surface_heat(discretisation, state, k),
             )
         )
     return tables
+
+
+def _surface_heat(discretisation: Discretisation, state: State, k: int) -> SurfaceHeat | None:
+    """Heat at the nonmortar nodes of an interface; collective."""
+    if discretisation.heat is None or not state.exchanges:
+        return None
+    return discretisation.heat.surface_heat(k, state.theta, state.exchanges[k], state.t)
 
 
 def _arc(mesh: InterfaceMesh, x: Floats) -> Floats:

@@ -12,6 +12,7 @@ from contactfem.heat import HeatBody
 from contactfem.heat_laws import ConductanceLaw
 from contactfem.interface import BodySide, RigidSide
 from contactfem.numbering import Unknowns
+from contactfem.results import SurfaceHeat
 from contactfem.segments import Segments, cut, find_pairs
 from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints, NormalField, nodal_normals
 from contactfem.tables import Table
@@ -26,12 +27,33 @@ class HeatExchange:
     Attributes:
         conduction: Power that leaves a node per temperature of another [W/m/K], (n, n).
         friction: Frictional power that enters the nodes [W/m], (n,).
-        raw: Frictional power before it was made that of mechanics [W/m].
+        defect: Relative excess of the interpolated frictional power over that of mechanics, that it
+            was then made equal to [-].
+        means: ∫ N_j, and of the mortar side ∫ N_j ϑ_m, ∫ N_j h (ϑ_nm - ϑ_m) by temperatures and
+            ∫ N_j d [W/m], for `at_nodes`.
     """
 
     conduction: sp.csr_matrix
     friction: Floats
-    raw: float
+    defect: float
+    means: "NodalMeans"
+
+
+@dataclass(frozen=True)
+class NodalMeans:
+    """Integrals with the nonmortar shape functions, to be divided by ∫ N_j.
+
+    Attributes:
+        weight: ∫ N_j da [m], (n_nonmortar,).
+        mortar: ∫ N_j N_l∘P da [m], (n_nonmortar, n): temperature of the mortar side.
+        flux: ∫ N_j h (N_k - N_l∘P) da [W/m/K], (n_nonmortar, n): conducted heat.
+        dissipation: ∫ N_j d da [W/m], (n_nonmortar,).
+    """
+
+    weight: Floats
+    mortar: sp.csr_matrix
+    flux: sp.csr_matrix
+    dissipation: Floats
 
 
 @dataclass(frozen=True)
@@ -185,7 +207,7 @@ class HeatInterface:
     ) -> HeatExchange:
         """Conduction and frictional heat at one configuration; collective.
 
-        ∫ h (ϑ_nm - ϑ_m) (δϑ_nm - δϑ_m) da and ∫ d (β δϑ_nm + (1 - β) δϑ_m) da (21) with the share β.
+        ∫ h (ϑ_nm - ϑ_m) (δϑ_nm - δϑ_m) da and ∫ d (β δϑ_nm + (1 - β) δϑ_m) da (21), share β.
 
         Args:
             x: Positions of the nodes [m], (n, 2).
@@ -197,7 +219,7 @@ class HeatInterface:
         Returns:
             The exchange.
         """
-        mesh, n = self.nodes.mesh, len(self.nodes.mesh.X)
+        mesh = self.nodes.mesh
         normals = nodal_normals(mesh, x)
         pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
         segments = cut(mesh, x, normals.n, pairs, differentiate=False)
@@ -205,34 +227,84 @@ class HeatInterface:
         h = np.zeros_like(points.weight)
         if self.law.conductance is not None and self.conducts:
             h = self.law.conductance(points.values(pressure), points.gap).h
+        d = points.values(dissipation)
+        raw = float(self._sum(np.array([np.sum(points.weight * d)]))[0])
+        if power is not None and power > 0.0 and raw <= 0.0:  # it fell between the thermal nodes
+            d = np.where(points.values(pressure) > 0.0, 1.0, 0.0)
+            d = d if self._sum(np.array([d.sum()]))[0] > 0.0 else np.ones_like(d)
+            raw = 0.0
+        scale, defect = self._scale(points.weight * d, raw, power)
         nodes, jump = points.jump()
-        local = np.einsum("sq,sqi,sqj->sij", points.weight * h, jump, jump)
-        rows = np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel()
-        d = points.weight * points.values(dissipation)
         share = np.array((self.law.partition,) * 2 + (self.law.partition - 1.0,) * 2)
-        friction = np.bincount(
-            nodes.ravel(), np.einsum("sq,sqi,i->si", d, jump, share).ravel(), n
-        ).astype(np.float64)
-        total = np.append(friction, d.sum())
-        self.nodes.comm.Allreduce(MPI.IN_PLACE, total)
-        conduction = self._sum(local.ravel(), *rows)
-        raw = float(total[-1])
-        return HeatExchange(conduction, _made_equal(total[:-1], raw, power), raw)
+        entering = np.einsum("sq,sqi,i->si", scale * points.weight * d, jump, share)
+        friction = np.bincount(nodes.ravel(), entering.ravel(), len(mesh.X)).astype(np.float64)
+        conduction = self._matrix(nodes, nodes, jump, jump, points.weight * h)
+        means = self._means(points, h, scale * d)
+        return HeatExchange(conduction, self._sum(friction), defect, means)
 
-    def _sum(self, values: Floats, rows: Ints, cols: Ints) -> sp.csr_matrix:
-        """Sparse matrix of the entries of all ranks; collective."""
+    def _scale(self, load: Floats, raw: float, power: float | None) -> tuple[float, float]:
+        """Factor that makes the frictional heat that of mechanics, and the defect before."""
+        if power is None:
+            return 1.0, 0.0
+        total = float(self._sum(np.array([load.sum()]))[0])
+        largest = max(abs(raw), abs(power))
+        return (power / total if total > 0.0 else 1.0), (
+            (raw - power) / largest if largest > 0.0 else 0.0
+        )
+
+    def _means(self, points: "IntegrationPoints", h: Floats, d: Floats) -> NodalMeans:
+        """Integrals with the nonmortar shape functions; collective."""
+        n = self.nodes.mesh.n_nonmortar
+        nodes, jump = points.jump()
+        rows, w = points.nonmortar, points.weight
+        opposite = np.concatenate((np.zeros_like(points.N), -jump[:, :, 2:]), axis=2)
+        sums = [
+            np.bincount(rows.ravel(), np.einsum("sq,sqi->si", v, points.N).ravel(), n)
+            for v in (w, w * d)
+        ]
+        return NodalMeans(
+            self._sum(sums[0].astype(np.float64)),
+            self._matrix(rows, nodes, points.N, opposite, w)[:n],
+            self._matrix(rows, nodes, points.N, jump, w * h)[:n],
+            self._sum(sums[1].astype(np.float64)),
+        )
+
+    def at_nodes(self, theta: Sequence[Floats], exchange: HeatExchange, t: float) -> SurfaceHeat:
+        """Heat at the nonmortar nodes; collective.
+
+        Args:
+            theta: Temperatures of the bodies [K], flat local arrays.
+            exchange: What it exchanges.
+            t: Time, for an obstacle's temperature [s].
+        """
+        means = exchange.means
+        at = self.nodes.gather(theta, self.obstacle_mean(np.array([t]), np.ones(1)))
+        covered = means.weight > 0.0
+        weight = np.where(covered, means.weight, np.nan)
+        other = np.asarray(means.mortar @ at) / weight
+        if self.nodes.is_rigid and self.law.obstacle is None:
+            other = np.full_like(other, np.nan)
+        flux, dissipation = np.asarray(means.flux @ at) / weight, means.dissipation / weight
+        return SurfaceHeat(at[: len(weight)], other, flux, dissipation)
+
+    def _matrix(
+        self, rows: Ints, cols: Ints, left: Floats, right: Floats, weight: Floats
+    ) -> sp.csr_matrix:
+        """Sum of ∫ left right over all segments of all ranks, (n, n); collective."""
         comm, n = self.nodes.comm, len(self.nodes.mesh.X)
+        values = np.einsum("sq,sqi,sqj->sij", weight, left, right).ravel()
+        row = np.repeat(rows, cols.shape[1], axis=1).ravel()
+        col = np.tile(cols, (1, rows.shape[1])).ravel()
         if comm.size > 1:
-            parts = comm.allgather((values, rows, cols))
-            values, rows, cols = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return sp.coo_matrix((values, (rows, cols)), (n, n)).tocsr()
+            parts = comm.allgather((values, row, col))
+            values, row, col = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return sp.coo_matrix((values, (row, col)), (n, n)).tocsr()
 
-
-def _made_equal(friction: Floats, raw: float, power: float | None) -> Floats:
-    """Frictional heat with the total that mechanics dissipates."""
-    if power is None or raw <= 0.0:
-        return friction
-    return friction * (power / raw)
+    def _sum(self, values: Floats) -> Floats:
+        """Sum over the ranks; collective."""
+        total = np.empty_like(values)
+        self.nodes.comm.Allreduce(values, total)
+        return total
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ SOLVER = {
 
 
 class StageMatrix:
-    """Blocks rate_IJ M + dt (test trial)_IJ K of all stages I, J, the stages of an unknown in a row.
+    """Blocks rate_IJ M + dt (test trial)_IJ K of all stages I, J, an unknown's stages in a row.
 
     Args:
         unknowns: The unknown temperatures.

@@ -82,11 +82,13 @@ class HeatSolution:
 
     Attributes:
         theta: Temperatures at its end, flat local arrays of the bodies [K].
+        stages: Those of every stage, likewise.
         balance: Where the heat came from.
         reason: Why there is no solution; empty where there is one.
     """
 
     theta: list[Floats]
+    stages: list[list[Floats]]
     balance: HeatBalance
     reason: str
 
@@ -168,7 +170,8 @@ class HeatSystem(Unknowns):
             for b in range(len(self.bodies))
         ]
         reason = "" if done else f"heat: no solution, residual {norm:.1e} after {SOLVES} solves"
-        return HeatSolution(end, self._balance(step, stages, given, parts[-1], end), reason)
+        balance = self._balance(step, stages, given, parts[-1], end)
+        return HeatSolution(end, stages, balance, reason)
 
     def _largest(self, theta: Sequence[Floats], stages: Sequence[Sequence[Floats]]) -> float:
         """Largest temperature of the start and the prescribed ones, in size [K]; collective."""

@@ -77,12 +77,13 @@ class BodyProblem:
         name: Name of the body.
         mesh: Its mesh.
         law: Its law.
-        theta: Relative temperature over time [K].
+        theta: Relative temperature over time [K]; None where heat is solved for.
         loads: Loads on it.
         axisymmetric: Whether the mesh is a section through a body around the axis x = 0, whose
             forces are those of the whole circumference; else it is one metre deep.
 
     Attributes:
+        temperature: Relative temperature [K] where heat is solved for, linear on this mesh.
         u: All unknowns: displacements, and what the element adds to them [m].
         vertex_space: Space of the displacements, or the subspace of `u` that they are.
         vertex_dofs: Local scalar dofs of the displacement at the vertices, (vertices, dim).
@@ -95,15 +96,20 @@ class BodyProblem:
         name: str,
         mesh: BodyMesh,
         law: Law,
-        theta: Table,
+        theta: Table | None,
         loads: Sequence[Load],
         axisymmetric: bool = False,
     ) -> None:
         self.name, self.mesh, self.law, self.axisymmetric = name, mesh, law, axisymmetric
-        self._theta = fem.Constant(mesh.mesh, 0.0)
-        self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = [
-            (self._theta, (theta,), False)
-        ]
+        self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = []
+        self.temperature: fem.Function | None = None
+        self._theta: ufl.core.expr.Expr
+        if theta is None:
+            P1 = fem.functionspace(mesh.mesh, ("Lagrange", 1))
+            self._theta = self.temperature = fem.Function(P1)
+        else:
+            self._theta = fem.Constant(mesh.mesh, 0.0)
+            self._tables.append((self._theta, (theta,), False))
         self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
         self._element = (
             linear(mesh, law.energy)

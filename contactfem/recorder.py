@@ -92,8 +92,8 @@ class Recorder:
                 self._voice.step(report)
             if self._times and report.t >= self._times[0] * (1.0 - 1e-12):
                 self._times.pop(0)
+                tables = interface_tables(self._discretisation, state)
                 if self._writer is not None:
-                    tables = interface_tables(self._discretisation, state)
                     self._writer.interfaces(tables, report.t)
             if self._fields is not None:
                 stress = {

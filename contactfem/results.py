@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,44 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class HeatStep:
+    """Heat in one accepted step, the same on all ranks.
+
+    Attributes:
+        passes: passes of mechanics and heat.
+        change: change of temperature in the last pass over its range [-].
+        temperature_min: smallest temperature at the end [K].
+        temperature_max: largest one [K].
+        stored: growth of the heat that the bodies hold [J/m].
+        held: heat that came in where temperature is prescribed, per condition "body.surface" [J/m].
+        loads: heat that sources, fluxes and convection brought [J/m].
+        friction: frictional heat that entered the bodies [J/m].
+        obstacles: heat conducted from obstacles [J/m].
+        strained: heat that straining brought [J/m].
+        defect: what is stored but came from nowhere [J/m].
+        flow: conducted from nonmortar to mortar at the end, per interface [W/m].
+        friction_defect: relative error of the interpolated frictional power before it was made
+            that of mechanics, the largest of the interfaces [-].
+        rings: what a time scheme does that rings, else empty.
+    """
+
+    passes: int
+    change: float
+    temperature_min: float
+    temperature_max: float
+    stored: float
+    held: dict[str, float]
+    loads: float
+    friction: float
+    obstacles: float
+    strained: float
+    defect: float
+    flow: dict[str, float]
+    friction_defect: float
+    rings: str
 
 
 @dataclass(frozen=True)
@@ -34,6 +72,7 @@ class StepReport:
         forces: resultant (Fx, Fy) on the mortar side, per interface [N/m].
         dissipation: frictional work of the step [J/m].
         wall: wall-clock time of the step, failed attempts included [s].
+        heat: heat in the step; None where it is not solved for.
     """
 
     step: int
@@ -48,6 +87,20 @@ class StepReport:
     forces: dict[str, tuple[float, float]]
     dissipation: float
     wall: float
+    heat: HeatStep | None = None
+
+
+class SurfaceHeat(NamedTuple):
+    """Heat at the nonmortar nodes of an interface; not a number where nothing is opposite.
+
+    ϑ_nm and ϑ_m [K], heat conducted from nonmortar to mortar q [W/m²], frictional heat d [W/m²],
+    (n,) each.
+    """
+
+    temperature: FloatArray
+    mortar_temperature: FloatArray
+    flux: FloatArray
+    dissipation: FloatArray
 
 
 @dataclass(frozen=True)
@@ -67,6 +120,7 @@ class InterfaceTable:
         cover: share of the node's facets that faces the mortar side (n,) [-].
         facet_length: half the length of the facets at the node, summed (n,) [m].
         depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
+        heat: heat at the nodes; None where it is not solved for.
         mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
         mortar_pressure: pressure seen from the mortar side (k,) [Pa].
     """
@@ -85,6 +139,7 @@ class InterfaceTable:
     mortar_x: FloatArray
     mortar_pressure: FloatArray
     depth: FloatArray | float = 1.0
+    heat: SurfaceHeat | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +170,8 @@ class RunResult:
         steps: accepted steps in order.
         interfaces: interfaces at the end.
         bodies: bodies at the end (rank 0; empty elsewhere).
+        heat: their thermal meshes with "temperature" (n, 1) [K] and "heat_flux" (n, dim) [W/m²],
+            likewise; empty where heat is not solved for.
         reactions: force of each held surface or grip at the end, by its name [N/m].
         probes: values at the probes, by name [SI].
         timings: seconds per phase; a dot makes a part of a phase ("contact.search") [s].
@@ -133,3 +190,4 @@ class RunResult:
     sizes: dict[str, int]
     converged: bool
     message: str
+    heat: tuple[BodyPicture, ...] = ()

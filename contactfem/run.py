@@ -1,9 +1,12 @@
 """Run a case: the loop over load steps."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +17,7 @@ from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
-from contactfem.gathering import body_pictures, interface_tables, probe_values
+from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
@@ -24,6 +27,10 @@ from contactfem.state import initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
+
+if TYPE_CHECKING:
+    from contactfem.staggered import HeatOutcome
+    from contactfem.thermal import Thermal
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
@@ -60,14 +67,7 @@ def run_case(
     timers = Timers()
     timers.add("import", invocation.import_seconds)
     discretisation = discretise(case, comm, timers)
-    solver = NewtonSolver(
-        discretisation.system,
-        discretisation.interfaces,
-        case.solver.tolerance,
-        case.solver.max_iterations,
-        case.solver.petsc,
-        timers,
-    )
+    solver = _solver(case, discretisation, timers) if case.mechanics else None
     with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
         loop = _Loop(case, discretisation, solver, recorder)
         message = loop.run()
@@ -77,14 +77,30 @@ def run_case(
     return result
 
 
+def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> NewtonSolver:
+    return NewtonSolver(
+        discretisation.system,
+        discretisation.interfaces,
+        case.solver.tolerance,
+        case.solver.max_iterations,
+        case.solver.petsc,
+        timers,
+    )
+
+
 class _Loop:
     """Steps from zero to the end; each is tried with smaller lengths until it is solved."""
 
     def __init__(
-        self, case: Case, discretisation: Discretisation, solver: NewtonSolver, recorder: Recorder
+        self,
+        case: Case,
+        discretisation: Discretisation,
+        solver: NewtonSolver | None,
+        recorder: Recorder,
     ) -> None:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder = solver, recorder
+        self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
         self.ramp_end = case.time.step
         self.state = initial_state(discretisation, self.ramp_end)
         self.reports: list[StepReport] = []
@@ -107,7 +123,7 @@ class _Loop:
             begun, cutbacks = time.perf_counter(), 0
             while True:
                 step = clipped(self.state.t, dt, self.stops)
-                solved = self._attempt(self.state.t + step)
+                solved, heat = self._attempt(self.state.t + step)
                 if solved.converged:
                     break
                 self.state.restore(self.discretisation)
@@ -121,7 +137,7 @@ class _Loop:
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
-            report = self._accept(step, solved, cutbacks, time.perf_counter() - begun)
+            report = self._accept(step, solved, heat, cutbacks, time.perf_counter() - begun)
             easy.append(report.iterations)
             grown = after_success(dt, easy, self.limits)
             dt, easy = grown, easy if grown == dt else []
@@ -130,7 +146,8 @@ class _Loop:
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
         held = {self.discretisation.interfaces[k].name for k in self.alone}
-        status = explain(self.discretisation.interfaces, self.solver.history, held)
+        history = self.solver.history if self.solver is not None else []
+        status = explain(self.discretisation.interfaces, history, held)
         return f"{solved.reason}; {status}" if status else solved.reason
 
     def _alone_holds(self, name: str) -> bool:
@@ -139,14 +156,20 @@ class _Loop:
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
         return not bodies.isdisjoint(self.discretisation.unheld)
 
-    def _attempt(self, t: float) -> SolveReport:
+    def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        return self.solver.solve(StepInput(t, self.ramp_end, histories, starts, known, self.alone))
+        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone)
+        if self.heat is not None:
+            return self.heat.driver.attempt(
+                step, self.state.t, self.state.theta, self.state.thermal_u
+            )
+        assert self.solver is not None
+        return self.solver.solve(step), None
 
     def _temperature(self, k: int, t: float) -> float:
         """Relative temperature of the nonmortar body of an interface at a time [K]."""
@@ -170,13 +193,24 @@ class _Loop:
         seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
         return first_contact(operators.gap, operators.length, seen, k in self.alone)
 
-    def _accept(self, dt: float, solved: SolveReport, cutbacks: int, wall: float) -> StepReport:
-        conditions = self.solver.conditions
+    def _accept(
+        self,
+        dt: float,
+        solved: SolveReport,
+        heat: HeatOutcome | None,
+        cutbacks: int,
+        wall: float,
+    ) -> StepReport:
+        conditions = self.solver.conditions if self.solver is not None else []
         dissipation = float(
             sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
         )
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
-        self.reactions = self.solver.reactions()
+        self.reactions = self.solver.reactions() if self.solver is not None else []
+        warmed = None
+        if self.heat is not None and heat is not None:
+            warmed = self.heat.record.step(heat, self.state.theta)
+            self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
         report = StepReport(
             step=len(self.reports) + 1,
@@ -191,10 +225,23 @@ class _Loop:
             forces=_forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
+            heat=warmed,
         )
         self.reports.append(report)
         self.recorder.step(report, self.state)
         return report
+
+
+class _HeatSide:
+    """Driver and record of heat; only imported where heat is solved for."""
+
+    def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
+        from contactfem.heat_record import HeatRecord
+        from contactfem.staggered import Staggered
+
+        assert case.heat is not None
+        self.driver = Staggered(solver, thermal, case.heat)
+        self.record = HeatRecord(thermal)
 
 
 def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
@@ -225,6 +272,10 @@ def _stops(case: Case) -> list[float]:
     tables = [t for c in case.conditions for t in _tables(c)]
     tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
     tables += [body.temperature for body in case.bodies.values()]
+    tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
+    for interface in case.interfaces.values():
+        given = (interface.heat.pressure, interface.heat.dissipation)
+        tables += [table for table in given if table is not None]
     times = {t for table in tables for t in table.times} | set(case.output.times)
     return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
 
@@ -235,6 +286,8 @@ def _tables(condition: Condition) -> list[Table]:
     given += [condition.grip.force] if condition.grip else []
     tables = [table for group in given if group for table in group.values()]
     tables += [condition.pressure] if condition.pressure else []
+    tables += [condition.field] if isinstance(condition.field, Table) else []
+    tables += [condition.convection.ambient] if condition.convection else []
     return tables + list(condition.components().values())
 
 
@@ -255,7 +308,8 @@ def _result(
     """Gather everything on the first rank; collective."""
     with timers.book("output"):
         pictures = body_pictures(discretisation)
-        probes = probe_values(case, discretisation, pictures)
+        heat = heat_pictures(discretisation, loop.state)
+        probes = probe_values(case, pictures, heat)
         tables = interface_tables(discretisation, loop.state)
     reactions: dict[str, tuple[float, ...]] = {
         name: (force,) for name, force in zip(discretisation.held, loop.reactions, strict=False)
@@ -266,9 +320,11 @@ def _result(
         "ranks": system.comm.size,
         "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
     }
+    if discretisation.heat is not None:
+        sizes["temperatures"] = discretisation.heat.system.numbering.n_global
     seconds = dict(timers.seconds)
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(
         case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message,
+        sizes, not message, message, tuple(heat),
     )  # fmt: skip

@@ -1,12 +1,19 @@
 """What a run knows between steps: everything that a failed step must give back."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contactfem.contact import Conditions, History
 from contactfem.discretise import Discretisation
 from contactfem.surfaces import Floats
+
+if TYPE_CHECKING:
+    from contactfem.heat_interface import HeatExchange
 
 
 @dataclass
@@ -20,6 +27,9 @@ class State:
         histories: Operators at the present positions, per interface.
         slip: Accumulated slip at the nonmortar nodes, per interface [m].
         conditions: Of the last accepted step, per interface; empty before the first.
+        theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
+        thermal_u: Displacements on the thermal meshes, likewise [m].
+        exchanges: Heat through the interfaces in the last step; empty before the first.
     """
 
     t: float
@@ -28,12 +38,18 @@ class State:
     histories: tuple[History, ...]
     slip: list[Floats]
     conditions: tuple[Conditions, ...] = field(default=())
+    theta: list[Floats] = field(default_factory=list)
+    thermal_u: list[Floats] = field(default_factory=list)
+    exchanges: tuple[HeatExchange, ...] = ()
 
     def restore(self, discretisation: Discretisation) -> None:
         """Put unknowns and displacements back to those of this state."""
         discretisation.system.x.array[:] = self.x
         for body, u in zip(discretisation.system.bodies, self.u, strict=True):
             body.u.x.array[:] = u
+        if discretisation.heat is not None:
+            for heat, moved in zip(discretisation.heat.bodies, self.thermal_u, strict=True):
+                heat.u.x.array[:] = moved
 
     def accept(
         self, t: float, discretisation: Discretisation, conditions: list[Conditions]
@@ -55,6 +71,25 @@ class State:
             slip += c.slip
         self.conditions = tuple(conditions)
 
+    def accept_heat(
+        self,
+        theta: list[Floats],
+        exchanges: Sequence[HeatExchange],
+        discretisation: Discretisation,
+    ) -> None:
+        """Make the temperatures of a step the last good ones.
+
+        Args:
+            theta: Temperatures at its end [K], flat local arrays of the bodies.
+            exchanges: Heat through the interfaces.
+            discretisation: Holds the displacements on the thermal meshes.
+        """
+        assert discretisation.heat is not None
+        self.theta, self.exchanges = theta, tuple(exchanges)
+        self.thermal_u = discretisation.heat.displacements()
+        for body, values in zip(discretisation.heat.bodies, theta, strict=True):
+            body.theta.x.array[:] = values
+
 
 def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     """State at time zero: undeformed, obstacles at their first place; collective.
@@ -67,10 +102,14 @@ def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     for interface in discretisation.interfaces:
         operators = interface.contact.operators(interface.nodes.positions(0.0, ramp_end))
         histories.append(History(operators.D, operators.M))
-    return State(
+    state = State(
         0.0,
         discretisation.system.x.array.copy(),
         [body.u.x.array.copy() for body in discretisation.system.bodies],
         tuple(histories),
         [np.zeros(i.nodes.mesh.n_nonmortar) for i in discretisation.interfaces],
     )
+    if discretisation.heat is not None:
+        initial = [theta.copy() for theta in discretisation.heat.initial]
+        state.accept_heat(initial, (), discretisation)
+    return state

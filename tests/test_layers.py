@@ -26,7 +26,7 @@ PARALLEL = """
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
     heat heat_interface heat_matrix heat_system thermal
-    discretise_heat fields discretise diagnosis state staggered gathering recorder run
+    discretise_heat fields discretise diagnosis state staggered heat_record gathering recorder run
     suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()
