@@ -2,19 +2,14 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from contactfem.heat_laws import PowerLaw
+from contactfem.heat_laws import PowerLaw, under_pressure
 from contactfem.heat_references import Bar, RodInRing, rise_by_sliding, two_bars
 from contactfem.homogeneous import NeoHooke
 
 PAPER = PowerLaw(150.0, 100.0, 1.5)
 HOT, COLD = Bar(10.0, 0.2, 100.0), Bar(10.0, 0.2, 0.0)
-
-
-def conductance(p):
-    return float(PAPER(np.array([p]), np.zeros(1)).h[0])
 
 
 @pytest.mark.parametrize(
@@ -26,7 +21,7 @@ def conductance(p):
     ],
 )
 def test_two_bars(pressure, source, expected):
-    found = two_bars(HOT, COLD, conductance(pressure), source)
+    found = two_bars(HOT, COLD, under_pressure(PAPER, pressure)[0], source)
     assert (found.nonmortar, found.mortar) == pytest.approx(expected[:2], abs=5.1e-9)
     assert (found.out, found.into) == pytest.approx(expected[2:], abs=5.1e-9)
 
@@ -59,7 +54,7 @@ def test_two_bars_that_do_not_conduct():
 def test_heat_flow_through_stretched_blocks():
     """Two blocks compressed to 0.7: conduction and conductance per current area."""
     lateral, stress, _ = NeoHooke(333.0, 35.0).plane_strain_block(0.7)
-    h = conductance(-stress)
+    h = under_pressure(PAPER, -stress)[0]
     assert h == pytest.approx(53.437445, rel=1e-7)
     found = two_bars(Bar(7.0, 0.2, 100.0), Bar(7.0, 0.2, 0.0), h)
     assert lateral * found.out == pytest.approx(1.8936102, abs=5e-8)
