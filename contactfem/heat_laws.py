@@ -131,6 +131,12 @@ class Parallel:
         return Conductance(h, dh_dp, dh_dgap)
 
 
+def under_pressure(law: ConductanceLaw, pressure: float) -> tuple[float, float]:
+    """Conductance of surfaces without a gap under one pressure [Pa]: h and dh/dp."""
+    at = law(np.array([pressure]), np.zeros(1))
+    return float(at.h[0]), float(at.dh_dp[0])
+
+
 class Flux(NamedTuple):
     """Heat q conducted from nonmortar to mortar [W/m²], dq/d[θ], dq/dp and dq/dg, each (n,)."""
 

@@ -41,7 +41,7 @@ class StageMatrix:
         self._unknowns, self._bodies, self._scheme = unknowns, tuple(bodies), scheme
         n = unknowns.numbering
         self._pattern = sp.csr_matrix((n.n_local, n.n_global))
-        self._keys = np.empty(0, np.int64)
+        self._keys: Ints = np.empty(0, np.int64)
         self._storage: Floats | None = None
         self._bulk: PETSc.Mat | None = None
         self._A: PETSc.Mat | None = None
@@ -150,7 +150,6 @@ class StageMatrix:
         ones = coupling.copy()
         ones.data[:] = 1.0
         pattern = (self._unknowns.pattern + self._pattern + ones).tocsr()
-        pattern.data = np.arange(pattern.nnz, dtype=np.float64) + 1.0
         pattern.sort_indices()
         self._pattern, self._keys = pattern, _keys(pattern)
         pattern.data = np.arange(pattern.nnz, dtype=np.float64) + 1.0

@@ -12,7 +12,10 @@ ROOT = Path(__file__).resolve().parents[1]
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
     errors dimensions tables functions units timers laws results references control forms kernels
-    _kernels time_schemes ringing heat_laws homogeneous engineering overrides profiles
+    _kernels homogeneous engineering overrides profiles
+    time_schemes ringing
+    heat_laws heat_references heat_transients manufactured
+    thermoelastic_references thermoelastic_stability
     meshes model scene element_choice measure contradictions heat_links case_links case_errors case
     listing
     gaps rigid boxes nearest shapes location

@@ -28,7 +28,7 @@ BROKEN = {
     'interfaces.joint.slave="x"': "interfaces.joint.slave: unknown key; did you mean 'nonmortar'?",
     'interfaces.joint.master="x"': "interfaces.joint.master: unknown key; did you mean 'mortar'?",
     'interfaces.joint.primary="x"': "interfaces.joint.primary: unknown key; known: nonmortar, "
-    "mortar, search_radius, multiplier, normal, friction",
+    "mortar, search_radius, multiplier, normal, friction, heat",
     "interfaces.joint.friction.mu=0.3": "interfaces.joint.friction.mu: unknown key; did you mean "
     "'coefficient'?",
     'materials.rubber.mu="1 MPa"': "materials.rubber.mu: unknown key; did you mean "
@@ -114,9 +114,11 @@ BROKEN = {
     'probes.corner.value="stress.xz"': "probes.corner.value = stress.xz: is zero in plane strain",
     # conditions
     'conditions.0.pressure="1 MPa"': "conditions.0: must have one of displacement, traction, "
-    "pressure, body_force, grip; found displacement and pressure",
+    "pressure, body_force, grip, temperature, "
+    "heat_flux, heat_source, convection; found displacement and pressure",
     'conditions.3={on="upper.left"}': "conditions.3: must have one of displacement, traction, "
-    "pressure, body_force, grip; found none",
+    "pressure, body_force, grip, temperature, "
+    "heat_flux, heat_source, convection; found none",
     'conditions.0={on="lower.left", displacement=["0 m"]}': 'conditions.0.displacement = ["0 m"]: '
     "must be a table with x, y or z, or a list of 2",
     'conditions.3={on="lower.left", displacement.z="0 m"}': "conditions.3.displacement.z: there is "

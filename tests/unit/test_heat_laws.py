@@ -11,6 +11,7 @@ from contactfem.heat_laws import (
     PowerLaw,
     conducted,
     outflow,
+    under_pressure,
 )
 
 PAPER = PowerLaw(150.0, 100.0, 1.5)
@@ -118,3 +119,7 @@ def test_what_leaves_the_bodies_is_what_friction_makes(partition):
 def test_frictional_heat_is_halved_by_default():
     found = outflow(np.zeros(1), np.array([2.0]))
     assert (found.nonmortar[0], found.mortar[0]) == (-1.0, -1.0)
+
+
+def test_conductance_under_one_pressure():
+    assert under_pressure(PAPER, 4.0) == pytest.approx((1.2, 0.45))
