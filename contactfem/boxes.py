@@ -50,7 +50,7 @@ class BoxTree:
         """
         lows, highs = np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)
         other: Ints = np.arange(len(low))
-        node = np.zeros(len(low), dtype=np.int64)
+        node: Ints = np.zeros(len(low), dtype=np.int64)
         for level, (bottom, top) in enumerate(self._levels):
             if level:
                 other = np.repeat(other, 2)
