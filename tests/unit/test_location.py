@@ -281,7 +281,13 @@ def test_nearest_facets(dim: int) -> None:
     grid = grid[grid.sum(1) <= steps] / steps
     samples = np.column_stack((1 - grid.sum(1), grid)) @ X[facets]
     sampled = np.linalg.norm(samples[:, :, None] - points, axis=3).min((0, 1))
-    barely = NearestFacets(X, facets).closest(X[:1] + 1e-200)
-    assert (barely[0][0], barely[2][0]) == (0, pytest.approx(0.0, abs=1e-15))
     assert (distance <= sampled + 1e-12).all()
     assert (sampled - distance < 0.1).all()
+
+
+def test_nearest_facet_at_a_distance_without_square() -> None:
+    search = NearestFacets(np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[0, 1]]))
+    facets, weights, distance = search.closest(np.array([[-1e-200, 0.0]]))
+    np.testing.assert_array_equal(facets, [0])
+    np.testing.assert_array_equal(weights, [[1.0, 0.0]])
+    assert distance[0] < 1e-150
