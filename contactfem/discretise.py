@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -39,6 +40,7 @@ from contactfem.laws import (
     frictionless,
 )
 from contactfem.mechanics import BodyProblem, Law, Load
+from contactfem.meshes.data import MeshData
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.numbering import Grip, Prescribed
@@ -80,13 +82,30 @@ class Discretisation:
     heat: Thermal | None = None
 
 
-def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
+@dataclass(frozen=True)
+class GivenMeshes:
+    """Meshes that stand in for those of the case file, on the first rank: adapted ones.
+
+    Attributes:
+        mechanical: By body.
+        thermal: By body; a body that is not named shares its mechanical mesh.
+    """
+
+    mechanical: Mapping[str, MeshData]
+    thermal: Mapping[str, MeshData]
+
+
+def discretise(
+    case: Case, comm: MPI.Comm, timers: Timers, given: GivenMeshes | None = None
+) -> Discretisation:
     """Build meshes, forms, numbering and interfaces of a case; collective.
 
     Args:
         case: The case.
         comm: All ranks.
         timers: Where time is booked.
+        given: Meshes to take instead of those of the case, on the first rank; on the others their
+            names only count.
 
     Returns:
         The discretisation.
@@ -95,7 +114,12 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
         CaseError: The meshes do not fit the case.
     """
     with timers.book("mesh"):
-        meshes = {name: _mesh(case, name, "mesh", comm) for name in case.bodies}
+        meshes = {
+            name: _mesh(case, name, "mesh", comm)
+            if given is None
+            else distribute(comm, given.mechanical[name] if comm.rank == 0 else None)
+            for name in case.bodies
+        }
     with timers.book("jit"):
         bodies = {name: _body(case, name, mesh) for name, mesh in meshes.items()}
     with timers.book("setup"):
@@ -121,7 +145,9 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
         )
         _refuse_shared_nodes(interfaces)
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
-    thermal = _heat(case, bodies, meshes, interfaces, comm, timers) if case.heat else None
+    thermal = None
+    if case.heat is not None:
+        thermal = _heat(case, bodies, meshes, interfaces, comm, timers, given)
     return Discretisation(bodies, system, interfaces, tuple(held), unheld, thermal)
 
 
@@ -132,17 +158,13 @@ def _heat(
     interfaces: tuple[Interface, ...],
     comm: MPI.Comm,
     timers: Timers,
+    given: GivenMeshes | None,
 ) -> Thermal:
     """The heat side, on thermal meshes or, where a body has none, on the mechanical one."""
     from contactfem.discretise_heat import discretise_heat
 
     with timers.book("mesh"):
-        thermal = {
-            name: meshes[name]
-            if body.thermal_mesh is None
-            else _mesh(case, name, "thermal_mesh", comm)
-            for name, body in case.bodies.items()
-        }
+        thermal = {name: _thermal_mesh(case, name, meshes[name], comm, given) for name in bodies}
     with timers.book("heat.setup"):
         free = {interface.name: interface.nodes.mesh.free for interface in interfaces}
         sides = {}
@@ -160,6 +182,17 @@ def _multipliers(case: Case, meshes: dict[str, BodyMesh]) -> int:
     """Number of components of the multipliers of all interfaces."""
     sides = [interface.nonmortar.partition(".") for interface in case.interfaces.values()]
     return sum(meshes[body].surface(surface).X.size for body, _, surface in sides)
+
+
+def _thermal_mesh(
+    case: Case, name: str, mechanical: BodyMesh, comm: MPI.Comm, given: GivenMeshes | None
+) -> BodyMesh:
+    """A body's thermal mesh: its own, or its mechanical one."""
+    if given is not None:
+        own = bool(comm.bcast(name in given.thermal))
+        return distribute(comm, given.thermal.get(name)) if own else mechanical
+    own = case.bodies[name].thermal_mesh is not None
+    return _mesh(case, name, "thermal_mesh", comm) if own else mechanical
 
 
 def _mesh(case: Case, name: str, key: Literal["mesh", "thermal_mesh"], comm: MPI.Comm) -> BodyMesh:

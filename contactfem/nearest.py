@@ -10,6 +10,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 SLACK = 1e-9  # relative, by which a sphere that must hold the nearest point is made larger
+TINY = 1e-150  # [m], of which the square is not lost
 
 
 class NearestFacets:
@@ -36,7 +37,7 @@ class NearestFacets:
             Facets (m,), weights in [0, 1] with the sum 1 (m, nf), distances [m] (m,).
         """
         # no facet is farther than the nearest vertex
-        radius = (1.0 + SLACK) * self._vertices.query(points)[0][:, None]
+        radius = (1.0 + SLACK) * self._vertices.query(points)[0][:, None] + TINY
         point, facet = self._tree.meeting(points - radius, points + radius)
         weights = closest_weights(self.corners[facet], points[point])
         away = np.einsum("mv,mvd->md", weights, self.corners[facet]) - points[point]

@@ -12,6 +12,7 @@ from dolfinx.fem import FunctionSpace
 
 from mpi4py import MPI
 
+from contactfem.blocks import block_rows
 from contactfem.errors import MeshError
 from contactfem.location import Location, cell_sizes, simplices, surroundings
 from contactfem.meshes.data import Floats, Ints, MeshData, Surface
@@ -116,7 +117,7 @@ class VolumeTransfer:
         cells, weights, distance = (np.concatenate(part) for part in zip(*parts, strict=True))
         larger = np.maximum(size, cell_sizes(given.points, given.cells)[cells])
         _check_near(name, wanted.points, distance, larger)
-        self.matrix = _rows(given.cells[cells], weights, len(given.points))
+        self.matrix = block_rows(weights[:, None], given.cells[cells], len(given.points))
         self.farthest = float(distance.max())
 
     def __call__(self, values: Floats) -> Floats:
@@ -167,7 +168,7 @@ class SurfaceTransfer:
         size = surroundings(target.X, target.facets)[1]
         larger = np.maximum(size, cell_sizes(source.X, facets)[nearest])
         _check_near(name, target.X, distance, larger)
-        self.matrix = _rows(facets[nearest], weights, len(source.X))
+        self.matrix = block_rows(weights[:, None], facets[nearest], len(source.X))
         self.farthest = float(distance.max())
 
     def __call__(self, values: Floats) -> Floats:
@@ -246,13 +247,6 @@ def _equal(X: Floats, cells: Ints, other_X: Floats, other_cells: Ints) -> bool:
 
 def _identity(n: int) -> sp.csr_matrix:
     return sp.identity(n, format="csr")
-
-
-def _rows(columns: Ints, weights: Floats, width: int) -> sp.csr_matrix:
-    """Matrix with the same number of entries in each row."""
-    n, k = columns.shape
-    starts = np.arange(0, n * k + 1, k)
-    return sp.csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(n, width))
 
 
 def _check_near(name: str, points: Floats, distance: Floats, size: Floats) -> None:

@@ -23,8 +23,8 @@ PLAIN = """
     charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing transfer
-    blocks surfaces segments mortar
+    compat meshing blocks transfer
+    surfaces segments mortar
     contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
