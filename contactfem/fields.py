@@ -1,8 +1,8 @@
-"""Displacement and stress of every body for ParaView, written by all ranks together."""
+"""Fields of every body for ParaView, written by all ranks together."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,8 @@ from contactfem.results import FloatArray
 
 if TYPE_CHECKING:
     from dolfinx.io import VTXWriter
+
+    from contactfem.heat import HeatBody
 
 STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
 
@@ -98,4 +100,50 @@ class FieldWriter:
     def close(self) -> None:
         """Close the files, on all ranks together."""
         for file in self._files.values():
+            file.writer.close()
+
+
+@dataclass(frozen=True)
+class _HeatFile:
+    body: HeatBody
+    flux: fem.Function
+    writer: VTXWriter
+
+
+class HeatFieldWriter:
+    """One .bp directory per body with temperature, heat flux and displacement over time."""
+
+    def __init__(self, directory: Path, bodies: Sequence[HeatBody]) -> None:
+        """Open the files, on all ranks together.
+
+        Args:
+            directory: where they go; it exists.
+            bodies: the heat problems.
+        """
+        self._files = [self._open(directory, body) for body in bodies]
+
+    def _open(self, directory: Path, body: HeatBody) -> _HeatFile:
+        from dolfinx.io import VTXWriter  # not there without ADIOS2
+
+        domain = body.mesh.mesh
+        flux = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
+        flux.name, body.theta.name, body.u.name = "heat_flux", "temperature", "displacement"
+        path = directory / f"{body.name}_heat.bp"
+        writer = VTXWriter(domain.comm, path, [body.theta, flux, body.u], engine="BP4")
+        return _HeatFile(body, flux, writer)
+
+    def write(self, t: float) -> None:
+        """Add a time to every file, on all ranks together.
+
+        Args:
+            t: the time [s].
+        """
+        for file in self._files:
+            average = nodal_average(file.flux.function_space, file.body.cell_flux())
+            file.flux.x.array[:] = average.x.array
+            file.writer.write(t)
+
+    def close(self) -> None:
+        """Close the files, on all ranks together."""
+        for file in self._files:
             file.writer.close()

@@ -16,7 +16,7 @@ from contactfem.state import State
 from contactfem.timers import Timers
 
 if TYPE_CHECKING:
-    from contactfem.fields import FieldWriter
+    from contactfem.fields import FieldWriter, HeatFieldWriter
     from contactfem.output import OutputWriter
     from contactfem.terminal import Reporter
 
@@ -45,6 +45,7 @@ class Recorder:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         self._times = list(case.output.times)
         self._fields: FieldWriter | None = None
+        self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
         self._voice: Reporter | None = None
         if out is None:
@@ -64,6 +65,10 @@ class Recorder:
                     name: body.displacement for name, body in discretisation.bodies.items()
                 }
                 self._fields = FieldWriter(out, displacements)
+                if discretisation.heat is not None:
+                    from contactfem.fields import HeatFieldWriter
+
+                    self._heat_fields = HeatFieldWriter(out, discretisation.heat.bodies)
 
     def __enter__(self) -> Self:
         """Open for the time of a run."""
@@ -80,8 +85,9 @@ class Recorder:
         """Close the field files and leave the terminal in order."""
         if self._voice is not None:
             self._voice.__exit__(kind, error, trace)
-        if self._fields is not None:
-            self._fields.close()
+        for files in (self._fields, self._heat_fields):
+            if files is not None:
+                files.close()
 
     def step(self, report: StepReport, state: State) -> None:
         """Record an accepted step; collective."""
@@ -100,6 +106,8 @@ class Recorder:
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
                 }
                 self._fields.write(report.t, stress)
+            if self._heat_fields is not None:
+                self._heat_fields.write(report.t)
 
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""

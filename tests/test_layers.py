@@ -11,16 +11,16 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
-    errors dimensions tables functions units timers laws results references control forms kernels
-    _kernels homogeneous engineering overrides profiles
+    errors dimensions tables functions units timers laws results magnification references control
+    forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
-    meshes model scene element_choice measure contradictions heat_links case_links case_errors case
-    listing
+    meshes model scene element_choice heat_measure measure
+    contradictions heat_links case_links case_errors case listing
     gaps rigid boxes nearest shapes location
-    expect check mesh_files
-    charts interface_figure magnification pictures figures output report terminal
+    expect heat_words check mesh_files
+    charts interface_figure pictures heat_figure figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing blocks transfer
