@@ -10,8 +10,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from contactfem.errors import MeshError
 from contactfem.meshes import BUILDERS, Builder, MeshSpec
+from contactfem.meshes.curves import Edge
 from contactfem.meshes.data import MeshData, boundary_facets, jacobians, mesh_data
-from contactfem.meshes.polygon import Edge, triangulate
+from contactfem.meshes.polygon import triangulate
 
 PI = np.pi
 BLOCK = {"builder": "block", "width": "2 m", "height": "1 m", "nx": 7, "ny": 4}
