@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from contactfem.errors import MeshError
-from contactfem.meshes.curves import Boundary
+from contactfem.meshes.curves import Boundary, enclosed
 from contactfem.meshes.data import Floats, Ints, MeshData, jacobians, mesh_data
 from contactfem.meshes.division import Division, divided
 from contactfem.meshes.gmsh_session import gmsh_session
@@ -46,7 +46,7 @@ def adapt(boundary: Boundary, field: SizeField, keep: Floats) -> MeshData:
     points, cells = _filled(division, field)
     data = mesh_data(points, cells, "triangle", division.groups)
     area = 0.5 * jacobians(data.points, data.cells, "triangle").sum()
-    wanted = sum(_enclosed(division.nodes[loop]) for loop in division.loops)
+    wanted = sum(enclosed(division.nodes[loop]) for loop in division.loops)
     if abs(area - wanted) > 1e-9 * wanted:
         raise MeshError("facets of these sizes cross each other: the boundary needs smaller ones")
     return data
@@ -59,12 +59,6 @@ def _fitting(field: SizeField, division: Division) -> SizeField:
     middle, length = 0.5 * (start + end), np.hypot(*(end - start).T)
     short = length < SHORT * field.at(middle)
     return field.limited(middle[short], length[short], GROWTH) if np.any(short) else field
-
-
-def _enclosed(x: Floats) -> float:
-    """Area [m²] inside a closed polygon (k, 2), negative if it is clockwise."""
-    dx, dy = (np.roll(x, -1, axis=0) - x).T
-    return 0.5 * float(np.sum((x[:, 0] - x[0, 0]) * dy - (x[:, 1] - x[0, 1]) * dx))
 
 
 def _filled(division: Division, field: SizeField) -> tuple[Floats, Ints]:

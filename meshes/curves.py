@@ -176,3 +176,9 @@ def mapped(edges: Sequence[Edge], factor: Point, shift: Point) -> list[Edge]:
     if factor[0] * factor[1] > 0.0:
         return moved
     return [replace(edge, start=edge.end, end=edge.start) for edge in reversed(moved)]
+
+
+def enclosed(x: Floats) -> float:
+    """Area [m²] inside a closed polygon (k, 2), negative if it is clockwise."""
+    dx, dy = (np.roll(x, -1, axis=0) - x).T
+    return 0.5 * float(np.sum((x[:, 0] - x[0, 0]) * dy - (x[:, 1] - x[0, 1]) * dx))
