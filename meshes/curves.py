@@ -10,6 +10,7 @@ import numpy as np
 from contactfem.meshes.data import Floats
 
 Point = tuple[float, float]
+CHORDS = 10  # of an outline between two knots
 SAMPLE_TURN = np.deg2rad(10.0)  # between two knots of a curve, about
 
 
@@ -81,8 +82,9 @@ class Edge(Curve):
         return on_arc
 
     def knots(self) -> Floats:
-        """Ends of equal parts."""
-        return np.linspace(0.0, 1.0, 1 + max(1, ceil(abs(self.angle()) / SAMPLE_TURN)))
+        """Ends of equal parts, at least two of an arc."""
+        parts = 1 if self.centre is None else max(2, ceil(abs(self.angle()) / SAMPLE_TURN))
+        return np.linspace(0.0, 1.0, 1 + parts)
 
 
 @dataclass(frozen=True)
@@ -182,3 +184,25 @@ def enclosed(x: Floats) -> float:
     """Area [m²] inside a closed polygon (k, 2), negative if it is clockwise."""
     dx, dy = (np.roll(x, -1, axis=0) - x).T
     return 0.5 * float(np.sum((x[:, 0] - x[0, 0]) * dy - (x[:, 1] - x[0, 1]) * dx))
+
+
+def outlined(boundary: Boundary) -> dict[str, Floats]:
+    """Polyline (k, 2) [m] of every group: curves by chords of about a degree, lines by their ends.
+
+    Args:
+        boundary: loops; the curves of each group follow each other in one of them.
+
+    Returns:
+        The polylines by group.
+    """
+    lines: dict[str, list[Floats]] = {}
+    for curve in (curve for loop in boundary for curve in loop):
+        knots = curve.knots()
+        chords = CHORDS * (len(knots) - 1) if len(knots) > 2 else 1
+        x = curve.at(
+            np.interp(np.linspace(0, len(knots) - 1, chords + 1), range(len(knots)), knots)
+        )
+        for name in curve.groups:
+            before = lines.setdefault(name, [])
+            before.append(x[1:] if before else x)
+    return {name: np.concatenate(parts) for name, parts in lines.items()}
