@@ -84,7 +84,7 @@ class Edge(Curve):
     def knots(self) -> Floats:
         """Ends of equal parts, at least two of an arc."""
         parts = 1 if self.centre is None else max(2, ceil(abs(self.angle()) / SAMPLE_TURN))
-        return np.linspace(0.0, 1.0, 1 + parts)
+        return equal_parts(parts)
 
 
 @dataclass(frozen=True)
@@ -106,11 +106,11 @@ class FairCircle(Curve):
 
     def knots(self) -> Floats:
         """Ends of equal parts."""
-        return np.linspace(0.0, 1.0, 1 + 4 * ceil(np.pi / 2 / SAMPLE_TURN))
+        return equal_parts(4 * ceil(np.pi / 2 / SAMPLE_TURN))
 
     def corners(self) -> Floats:
         """On the axes."""
-        return np.linspace(0.0, 1.0, 5)
+        return equal_parts(4)
 
     def nodes(self, t: Floats) -> Floats:
         """Nodes (k, 2) [m] at R sqrt(mean of 2φ / sin 2φ over both facets there), 2φ their angle.
@@ -124,7 +124,8 @@ class FairCircle(Curve):
         share = angle / np.sin(angle)
         mean = 0.5 * (share + np.roll(share, 1))
         fair = np.sqrt(np.append(mean, mean[0]))
-        return np.array(self.centre) + self.radius * fair[:, None] * self._direction(t)
+        nodes: Floats = np.array(self.centre) + self.radius * fair[:, None] * self._direction(t)
+        return nodes
 
     def _direction(self, t: Floats) -> Floats:
         """Unit vectors (k, 2) at the parts t (k,) of a turn, on the axes to the last digit."""
@@ -149,6 +150,17 @@ class Parametric(Curve):
     def knots(self) -> Floats:
         """As given."""
         return self.bends
+
+
+def equal_parts(number: int) -> Floats:
+    """Parameters (number + 1,) that divide a curve evenly."""
+    return np.linspace(0.0, 1.0, number + 1, dtype=np.float64)
+
+
+def line(ends: Floats, groups: tuple[str, ...]) -> Edge:
+    """Line between two points (2, 2) [m]."""
+    (x0, y0), (x1, y1) = ends
+    return Edge((float(x0), float(y0)), (float(x1), float(y1)), groups)
 
 
 def mapped(edges: Sequence[Edge], factor: Point, shift: Point) -> list[Edge]:

@@ -119,7 +119,7 @@ def _nodes(sampled: _Sampled, pins: list[float], same: float) -> Floats:
     ):
         facets = max(1, round(end - start))
         inner = np.linspace(start, end, facets + 1)[1:-1]
-        parts += [np.interp(inner, sampled.reached, sampled.t), [stop]]
+        parts += [np.interp(inner, sampled.reached, sampled.t), np.array([stop])]
     return np.concatenate(parts)
 
 
@@ -129,12 +129,13 @@ def _pinned(
     """Parameters of kept points on each curve, and the points inside (k, 2)."""
     pins: list[list[float]] = [[] for _ in curves]
     inner = []
-    for point, size in zip(keep, field.at(keep), strict=True):
+    for k, size in enumerate(field.at(keep)):
+        point: Floats = keep[k]
         close = [_closest(each, point) for each in curves]
-        k = int(np.argmin([distance for _, distance in close]))
-        t, distance = close[k]
+        nearest = int(np.argmin([distance for _, distance in close]))
+        t, distance = close[nearest]
         if distance < max(NEAR * size, same):
-            pins[k].append(t)
+            pins[nearest].append(t)
         elif _winding(curves, point) > 0.5:
             inner.append(point)
         else:

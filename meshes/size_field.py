@@ -62,7 +62,8 @@ class SizeField:
             np.sort(self.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0
         ).T
         rise = growth * np.hypot(*(self.points[a] - self.points[b]).T)
-        sizes, before = self.sizes.copy(), np.zeros(0)
+        sizes = self.sizes.copy()
+        before: Floats = np.zeros(0)
         while not np.array_equal(sizes, before):
             before = sizes.copy()
             np.minimum.at(sizes, a, before[b] + rise)

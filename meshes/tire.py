@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, PositiveLength
-from contactfem.meshes.curves import Boundary, Edge, mapped, outlined
+from contactfem.meshes.curves import Boundary, Edge, equal_parts, mapped, outlined
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import doubled, triangulate
 from contactfem.units import Length
@@ -202,6 +202,6 @@ def _left(name: str) -> str:
 
 def _distance(outer: list[Edge], inner: list[Edge]) -> float:
     """Smallest distance [m] of two surfaces, by samples of them."""
-    t = np.linspace(0.0, 1.0, 65)
+    t = equal_parts(64)
     a, b = (np.concatenate([edge.at(t) for edge in edges]) for edges in (outer, inner))
     return float(np.min(np.linalg.norm(a[:, None] - b, axis=2)))

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from contactfem.errors import MeshError
-from contactfem.meshes.curves import Boundary, Curve, Edge, Loop, Parametric, enclosed
+from contactfem.meshes.curves import Boundary, Curve, Loop, Parametric, enclosed, line
 from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets, matches
 
 CORNER = np.deg2rad(30.0)  # a boundary that turns by more at a node has a corner there
@@ -84,8 +84,7 @@ def _loop(x: Floats, names: list[tuple[str, ...]]) -> Loop:
 def _open(x: Floats, names: tuple[str, ...]) -> Curve:
     """Curve through nodes (k, 2) from the first to the last."""
     if len(x) == 2:
-        (x0, y0), (x1, y1) = x.tolist()
-        return Edge((x0, y0), (x1, y1), names)
+        return line(x, names)
     return _spline(x, 0, names)
 
 

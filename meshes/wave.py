@@ -7,7 +7,7 @@ import numpy as np
 
 from contactfem.meshes.block import Structured, rectangle
 from contactfem.meshes.builder import PositiveLength
-from contactfem.meshes.curves import Boundary, Edge, Parametric
+from contactfem.meshes.curves import Boundary, Parametric, equal_parts, line
 from contactfem.meshes.data import Floats, MeshData
 from contactfem.meshes.grid import grid
 from contactfem.units import Length
@@ -55,12 +55,9 @@ class Wave(Structured):
 
     def curves(self) -> Boundary:
         """Three straight sides and the wave."""
-        sides = {name: line[[0, -1]].tolist() for name, line in self.outline().items()}
-        edges = {
-            name: Edge(tuple(start), tuple(end), (name,)) for name, (start, end) in sides.items()
-        }
-        knots = 1 + max(1, ceil(KNOTS * self.width / self.wavelength))
-        wave = Parametric(self._wave, np.linspace(0.0, 1.0, knots), (self.side,))
+        edges = {name: line(side[[0, -1]], (name,)) for name, side in self.outline().items()}
+        knots = equal_parts(max(1, ceil(KNOTS * self.width / self.wavelength)))
+        wave = Parametric(self._wave, knots, (self.side,))
         return (
             (
                 edges["bottom"] if self.side == "top" else wave,
