@@ -17,6 +17,8 @@ PLAIN = """
     gaps rigid
     expect check mesh_files
     charts interface_figure magnification pictures figures output report terminal
+    recovery constrained_recovery interface_recovery relative_error space_error time_error
+    sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing
