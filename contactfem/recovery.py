@@ -49,10 +49,9 @@ class Patches:
         Returns:
             a, shape (k, b, c); `[:, 0]` are the values at the vertices.
         """
-        terms = self.mixing @ (self.operator @ samples)
-        return np.ascontiguousarray(
-            terms.reshape(-1, len(self.vertices), samples.shape[1]).transpose(1, 0, 2)
-        )
+        k, n_terms = self.compliance.shape[:2]
+        terms = (self.mixing @ (self.operator @ samples)).reshape(n_terms, k, samples.shape[1])
+        return np.ascontiguousarray(terms.transpose(1, 0, 2))
 
     def basis(self, rows: Ints, x: Floats) -> Floats:
         """Terms p of some of the polynomials, each at a point of its own.
