@@ -15,6 +15,7 @@ from contactfem.constrained_recovery import Conditions
 from contactfem.mesh_view import MeshView
 from contactfem.meshes.data import matches
 from contactfem.scene import Condition
+from contactfem.tables import Table
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -63,9 +64,7 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
     return FacetData(known, value)
 
 
-def heat_flows(
-    case: Case, body: str, view: MeshView, theta: Floats, t: float
-) -> FacetData:
+def heat_flows(case: Case, body: str, view: MeshView, theta: Floats, t: float) -> FacetData:
     """Heat that leaves through a body's boundary: none but for fluxes and convection.
 
     Args:
@@ -86,7 +85,7 @@ def heat_flows(
             ambient = condition.convection.ambient(t)
             middle = theta[facets[at]].mean(axis=1)
             value[at, 0] += condition.convection.coefficient * (middle - ambient)
-        elif flux is not None and callable(flux):
+        elif isinstance(flux, Table):
             value[at, 0] -= flux(t)
         else:  # prescribed temperature, or a flux over place
             known[at] = False
@@ -148,9 +147,7 @@ def cartesian_rows(normals: Floats) -> Floats:
 def facet_normals(facets: Ints, x: Floats) -> Floats:
     """Outward unit normals of facets with the body on their left, (f, 2)."""
     edge = x[facets[:, 1]] - x[facets[:, 0]]
-    return np.asarray(
-        np.column_stack((edge[:, 1], -edge[:, 0])) / np.hypot(*edge.T)[:, None]
-    )
+    return np.asarray(np.column_stack((edge[:, 1], -edge[:, 0])) / np.hypot(*edge.T)[:, None])
 
 
 def vertex_normals(facets: Ints, x: Floats, vertices: Ints) -> Floats:
@@ -169,9 +166,7 @@ def vertex_normals(facets: Ints, x: Floats, vertices: Ints) -> Floats:
 
 
 def _mechanical(case: Case, body: str) -> Sequence[Condition]:
-    return [
-        c for c in case.conditions if c.body == body and c.surface and not c.is_thermal
-    ]
+    return [c for c in case.conditions if c.body == body and c.surface and not c.is_thermal]
 
 
 def _on(view: MeshView, facets: Ints, surface: str) -> Ints:

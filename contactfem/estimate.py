@@ -150,9 +150,7 @@ class StressEstimator:
         places = {side: _place(fields, side) for side in on_bodies}
         for side in on_bodies:
             field, vertices, normals = places[side]
-            state = MechanicalState(
-                normals, active[side], np.full(len(vertices), not rubs)
-            )
+            state = MechanicalState(normals, active[side], np.full(len(vertices), not rubs))
             other = next((s for s in on_bodies if s != side), None)
             if other is None:
                 _free_of_traction(field, vertices, state)

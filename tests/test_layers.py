@@ -21,15 +21,18 @@ PLAIN = """
     gaps rigid boxes nearest shapes location
     expect heat_words check mesh_files
     charts interface_figure pictures heat_figure figures output report terminal
+    recovery constrained_recovery interface_recovery relative_error space_error time_error
+    sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer
+    compat meshing blocks transfer mesh_view boundary_data
     surfaces segments mortar
     contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
     heat heat_interface heat_matrix heat_system thermal
-    discretise_heat fields discretise diagnosis state staggered heat_record gathering recorder run
+    discretise_heat fields discretise diagnosis state staggered heat_record
+    estimate remesh adapt gathering recorder run
     suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()
