@@ -176,7 +176,7 @@ def _on(view: MeshView, facets: Ints, surface: str) -> Ints:
 
 def _of_interfaces(case: Case, body: str, view: MeshView, facets: Ints) -> Ints:
     """Boundary facets of all interface surfaces of a body."""
-    found = [np.empty(0, np.int64)]
+    found: list[Ints] = [np.empty(0, np.int64)]
     for interface in case.interfaces.values():
         for side in (interface.nonmortar, interface.mortar):
             owner, _, surface = side.partition(".")

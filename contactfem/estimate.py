@@ -1,4 +1,4 @@
-"""Estimated errors of stress and heat flux on the meshes of a run, (32)-(36); the same on all ranks."""
+"""Estimated errors of stress and heat flux on the meshes of a run, (32)-(36), on all ranks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -203,7 +203,7 @@ class FluxEstimator:
             self._join(link.heat.name, exchange, fields)
         return [
             fields[body.name].errors(
-                np.eye(2) / body.law.conductivity, axisymmetric=case.axisymmetric
+                np.asarray(np.eye(2) / body.law.conductivity), axisymmetric=case.axisymmetric
             )
             for body in self._thermal.bodies
         ]
@@ -245,7 +245,7 @@ def _place(fields: dict[str, _Field], side: str) -> tuple[_Field, Ints, Floats]:
 
 
 def _free_of_traction(field: _Field, vertices: Ints, state: MechanicalState) -> None:
-    """On an obstacle: no traction where open, no tangential one where it slides without friction."""
+    """On an obstacle: no traction where open, no tangential one without friction."""
     from contactfem.constrained_recovery import Conditions as Known
     from contactfem.constrained_recovery import traction_rows
 

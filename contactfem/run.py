@@ -183,9 +183,8 @@ class _Loop:
         proportion it stays right, and a trial state would not know which of the nodes on the limit
         of friction slip. At a first contact a guess; None where there is none to make.
         """
-        if self.state.conditions and self.state.conditions[k].active.any():
-            c = self.state.conditions[k]
-            return Trial(c.status, c.direction)
+        if (start := self.state.starts()[k]) is not None:
+            return start
         interface = self.discretisation.interfaces[k]
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
