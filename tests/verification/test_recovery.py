@@ -226,7 +226,7 @@ def test_flux_at_the_interface(solved, ratios):
     orders = np.log2(found[0] / found[-1]) / (len(found) - 1)
     assert orders > 1.5
     assert (5.0 * np.array(found) < classical).all()
-    assert (1.3 * np.array(found) < without).all()
+    assert (1.2 * np.array(found) < without).all()
 
 
 @pytest.mark.parametrize("ratios", MESHES)
