@@ -13,7 +13,7 @@ Bools = npt.NDArray[np.bool_]
 
 RANK = 1e-3  # smallest singular value of samples that determine a polynomial, over the largest
 LEVERAGE = 0.5  # largest variance of a recovered value over that of a sample; 1/n in a full patch
-RINGS = 3  # how far away a vertex may look for a patch that is better than its own
+RINGS = 3  # how far away a vertex may look for better patches than its own
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,7 @@ class Patches:
         sizes: Sizes of their patches [m], shape (k,).
         compliance: (PᵀP)⁻¹ [-], shape (k, b, b); p (PᵀP)⁻¹ pᵀ is the variance of p a over that of
             a sample.
-        operator: Fits to the samples, shape (b n, m); term by term.
-        mixing: What the polynomials take of them, shape (b k, b n); term by term.
+        operator: Coefficients from samples, term by term, shape (b k, m).
     """
 
     vertices: Ints
@@ -38,7 +37,6 @@ class Patches:
     sizes: Floats
     compliance: Floats
     operator: sp.csr_matrix
-    mixing: sp.csr_matrix
 
     def fit(self, samples: Floats) -> Floats:
         """Coefficients of all polynomials, by (33).
@@ -50,7 +48,7 @@ class Patches:
             a, shape (k, b, c); `[:, 0]` are the values at the vertices.
         """
         k, n_terms = self.compliance.shape[:2]
-        terms = (self.mixing @ (self.operator @ samples)).reshape(n_terms, k, samples.shape[1])
+        terms = (self.operator @ samples).reshape(n_terms, k, samples.shape[1])
         return np.ascontiguousarray(terms.transpose(1, 0, 2))
 
     def basis(self, rows: Ints, x: Floats) -> Floats:
@@ -72,7 +70,7 @@ def patches(points: Floats, cells: Ints, vertices: Ints | None = None) -> Patche
 
     The samples are taken at the superconvergent points, and each counts once. A vertex that its
     cells do not surround (on the boundary), or that too few or collinear samples are around, takes
-    the mean of the polynomials of its nearest neighbours with better patches: around a vertex the
+    the patches of its nearest neighbours that are better off instead, together: around a vertex the
     errors of the cells cancel, in half a patch they do not. Where there are none, in a body of one
     layer of cells, it keeps its own or, undetermined, the mean of the samples around.
 
@@ -88,13 +86,17 @@ def patches(points: Floats, cells: Ints, vertices: Ints | None = None) -> Patche
     everything: Ints = np.arange(len(points))
     chosen = everything if vertices is None else vertices
     known = everything if vertices is None else mesh.near(vertices)
-    fits = _fit(mesh, known)
+    own = _fit(mesh, known, mesh.incidence[known])
     strong = np.zeros(len(points), np.bool_)
-    strong[known] = fits.strong
-    row, donor = _donors(mesh, chosen, strong)
-    number = np.full(len(points), -1)
-    number[known] = np.arange(len(known))
-    return _mixed(points[chosen], chosen, fits, row, number[donor])
+    strong[known] = own.determined & (own.compliance[:, 0, 0] <= LEVERAGE)
+    weak = np.flatnonzero(~strong[chosen])
+    donors = _donors(mesh, chosen[weak], strong)
+    served = donors.getnnz(axis=1) > 0
+    weak = weak[served]
+    shared = _fit(mesh, chosen[weak], donors[served] @ mesh.incidence)
+    rows = np.searchsorted(known, chosen)
+    rows[weak] = len(known) + np.arange(len(weak))
+    return _selected(own, shared, rows)
 
 
 @dataclass(frozen=True)
@@ -115,17 +117,8 @@ class _Mesh:
         centres: Floats = self.points[self.cells].mean(axis=1)
         return centres
 
-    def rows(self, vertices: Ints) -> sp.csr_matrix:
-        """Sets of one vertex each."""
-        k = len(vertices)
-        return sp.csr_matrix((np.ones(k), vertices, np.arange(k + 1)), (k, len(self.points)))
-
-    def grown(self, sets: sp.csr_matrix) -> sp.csr_matrix:
-        """Sets of vertices with all that share a cell with one of them."""
-        return ((sets @ self.incidence) @ self.incidence.T).tocsr()
-
     def near(self, vertices: Ints) -> Ints:
-        """Vertices with all that they may take a polynomial from."""
+        """Vertices with all whose patches they may take."""
         mask = np.zeros(len(self.points))
         mask[vertices] = 1.0
         for _ in range(RINGS):
@@ -134,14 +127,32 @@ class _Mesh:
 
 
 @dataclass(frozen=True)
-class _Fits:
-    """Fits to the cells around vertices, each by itself; `strong` ones may serve others too."""
+class _Fits(Patches):
+    """Fits, each to samples of its own; `determined` where they determine the polynomial."""
 
-    points: Floats
-    sizes: Floats
-    compliance: Floats
-    strong: Bools
-    operator: sp.csr_matrix
+    determined: Bools
+
+
+def _fit(mesh: _Mesh, vertices: Ints, around: sp.csr_matrix) -> _Fits:
+    """Fit to samples with weights: a row of `around` for each vertex."""
+    points, k, n_terms = mesh.points[vertices], len(vertices), mesh.cells.shape[1]
+    vertex, cell = np.repeat(np.arange(k), np.diff(around.indptr)), around.indices
+    offset = mesh.centres[cell] - points[vertex]
+    total = sp.csr_matrix((around.data, np.arange(len(cell)), around.indptr), (k, len(cell)))
+    square = total @ np.einsum("pi,pi->p", offset, offset)
+    sizes = np.sqrt(square / np.maximum(total @ np.ones(len(cell)), 1.0))
+    p = _terms(offset / sizes[vertex, None], n_terms)
+    i, j = np.triu_indices(n_terms)
+    gram = np.empty((k, n_terms, n_terms))
+    gram[:, i, j] = gram[:, j, i] = total @ (p[:, i] * p[:, j])
+    compliance, determined = _inverses(gram)
+    weights = around.data * np.einsum("pij,pj->ip", compliance[vertex], p)
+    starts = (around.indptr[:-1] + len(cell) * np.arange(n_terms)[:, None]).ravel()
+    operator = sp.csr_matrix(
+        (weights.ravel(), np.tile(cell, n_terms), np.append(starts, n_terms * len(cell))),
+        (n_terms * k, len(mesh.cells)),
+    )
+    return _Fits(vertices, points, sizes, compliance, operator, determined)
 
 
 def _terms(offset: Floats, n_terms: int) -> Floats:
@@ -150,30 +161,6 @@ def _terms(offset: Floats, n_terms: int) -> Floats:
     if n_terms == 4:
         p[:, 3] = offset[:, 0] * offset[:, 1]
     return p
-
-
-def _fit(mesh: _Mesh, vertices: Ints) -> _Fits:
-    around, points = mesh.incidence[vertices], mesh.points[vertices]
-    n_terms, k = mesh.cells.shape[1], len(vertices)
-    count = np.diff(around.indptr)
-    vertex, cell = np.repeat(np.arange(k), count), around.indices
-    offset = mesh.centres[cell] - points[vertex]
-    square = np.bincount(vertex, np.einsum("pi,pi->p", offset, offset), k)
-    sizes = np.sqrt(square / np.maximum(count, 1))
-    p = _terms(offset / sizes[vertex, None], n_terms)
-    total = sp.csr_matrix((np.ones(len(cell)), np.arange(len(cell)), around.indptr), (k, len(cell)))
-    i, j = np.triu_indices(n_terms)
-    gram = np.empty((k, n_terms, n_terms))
-    gram[:, i, j] = gram[:, j, i] = total @ (p[:, i] * p[:, j])
-    compliance, determined = _inverses(gram)
-    weights = np.einsum("pij,pj->ip", compliance[vertex], p)
-    starts = (around.indptr[:-1] + len(cell) * np.arange(n_terms)[:, None]).ravel()
-    operator = sp.csr_matrix(
-        (weights.ravel(), np.tile(cell, n_terms), np.append(starts, n_terms * len(cell))),
-        (n_terms * k, len(mesh.cells)),
-    )
-    strong = determined & (compliance[:, 0, 0] <= LEVERAGE)
-    return _Fits(points, sizes, compliance, strong, operator)
 
 
 def _inverses(gram: Floats) -> tuple[Floats, Bools]:
@@ -201,52 +188,36 @@ def _regular(gram: Floats) -> Bools:
     return regular
 
 
-def _donors(mesh: _Mesh, chosen: Ints, strong: Bools) -> tuple[Ints, Ints]:
-    """Pairs of an index into `chosen` and a vertex whose fit it takes: its own if it is strong."""
-    own = np.flatnonzero(strong[chosen])
-    rows, donors = [own], [chosen[own]]
-    left = np.flatnonzero(~strong[chosen])
-    sets = mesh.rows(chosen[left])
+def _donors(mesh: _Mesh, weak: Ints, strong: Bools) -> sp.csr_matrix:
+    """Shares of the nearest strong vertices of each weak one; rows are empty where there are none.
+
+    Nearest by rings: those that share a cell with it, else those that share one with these.
+    """
+    n, rows, donors = len(strong), [], []
+    left = np.arange(len(weak))
+    sets = sp.csr_matrix((np.ones(len(weak)), weak, np.arange(len(weak) + 1)), (len(weak), n))
     for _ in range(RINGS):
-        if not len(left):
-            break
-        sets = mesh.grown(sets)
+        sets = ((sets @ mesh.incidence) @ mesh.incidence.T).tocsr()
         row, donor = sets.nonzero()
         good = strong[donor]
         rows.append(left[row[good]])
         donors.append(donor[good])
         still = np.setdiff1d(np.arange(len(left)), row[good])
         left, sets = left[still], sets[still]
-    return np.concatenate((*rows, left)), np.concatenate((*donors, chosen[left]))
+    found, entries = np.concatenate(rows), np.concatenate(donors)
+    share = 1.0 / np.bincount(found, minlength=len(weak))[found]
+    return sp.csr_matrix((share, (found, entries)), (len(weak), n))
 
 
-def _mixed(centres: Floats, chosen: Ints, fits: _Fits, row: Ints, donor: Ints) -> Patches:
-    """Patches at `centres`: the mean of their donors' polynomials, written in their own terms."""
-    k, n, n_terms = len(chosen), len(fits.points), fits.compliance.shape[1]
-    share = 1.0 / np.bincount(row, minlength=k)[row]
-    sizes = np.bincount(row, share * fits.sizes[donor], k).astype(np.float64)
-    step = (centres[row] - fits.points[donor]) / fits.sizes[donor, None]
-    T = _moved(step, sizes[row] / fits.sizes[donor], n_terms)
-    mean = sp.csr_matrix((share, (row, np.arange(len(row)))), (k, len(row)))
-    spread = T @ fits.compliance[donor] @ T.transpose(0, 2, 1)
-    compliance = (mean @ spread.reshape(-1, n_terms**2)).reshape(k, n_terms, n_terms)
-    i, j = np.nonzero(T.any(axis=0))
-    entries = (row[:, None] + k * i, donor[:, None] + n * j)
-    values = share[:, None] * T[:, i, j]
-    mixing = sp.csr_matrix(
-        (values.ravel(), (entries[0].ravel(), entries[1].ravel())), (n_terms * k, n_terms * n)
+def _selected(own: _Fits, shared: _Fits, rows: Ints) -> Patches:
+    """The fits `rows` of both sets, numbered one after the other."""
+    n, m, n_terms = len(own.vertices), len(shared.vertices), own.compliance.shape[1]
+    term = np.arange(n_terms)[:, None]
+    place = np.where(rows < n, rows + n * term, rows - n + n_terms * n + m * term).ravel()
+    return Patches(
+        np.concatenate((own.vertices, shared.vertices))[rows],
+        np.concatenate((own.centres, shared.centres))[rows],
+        np.concatenate((own.sizes, shared.sizes))[rows],
+        np.concatenate((own.compliance, shared.compliance))[rows],
+        sp.vstack((own.operator, shared.operator)).tocsr()[place],
     )
-    return Patches(chosen, centres, sizes, compliance, fits.operator, mixing)
-
-
-def _moved(step: Floats, ratio: Floats, n_terms: int) -> Floats:
-    """Matrices T of a' = T a, the coefficients of p a in terms of p(step + ratio (ξ, η))."""
-    T = np.zeros((len(step), n_terms, n_terms))
-    T[:, 0, 0] = 1.0
-    T[:, 0, 1:3] = step
-    T[:, 1, 1] = T[:, 2, 2] = ratio
-    if n_terms == 4:
-        T[:, 0, 3] = step[:, 0] * step[:, 1]
-        T[:, 1, 3], T[:, 2, 3] = ratio * step[:, 1], ratio * step[:, 0]
-        T[:, 3, 3] = ratio**2
-    return T

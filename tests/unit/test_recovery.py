@@ -77,19 +77,23 @@ def test_interior_vertices_use_their_own_cells():
     np.testing.assert_allclose(fits.compliance[vertex], np.linalg.inv(P.T @ P), atol=1e-12)
 
 
-def test_boundary_vertices_take_the_mean_of_their_neighbours():
+def test_boundary_vertices_take_the_patches_of_their_neighbours():
+    """Least squares over all of these patches, cells counting once in each."""
     plate = jittered((9, 7))
     samples = np.random.default_rng(3).normal(size=(len(plate.cells), 2))
     fits = patches(plate.points, plate.cells)
-    a = fits.fit(samples)
     edge = plate.at_edge(1, 0.0)
     vertex = int(edge[4])
     around = np.unique(plate.cells[(plate.cells == vertex).any(1)])
     inner = around[(plate.points[around] > 0).all(1) & (plate.points[around] < 1).all(1)]
     assert len(inner) >= 2
-    at = np.broadcast_to(plate.points[vertex], (len(inner), 2))
-    expected = np.einsum("kb,kbc->kc", fits.basis(inner, at), a[inner]).mean(0)
-    np.testing.assert_allclose(a[vertex, 0], expected, atol=1e-12)
+    cells = np.concatenate([np.flatnonzero((plate.cells == i).any(1)) for i in inner])
+    offset = plate.points[plate.cells[cells]].mean(1) - plate.points[vertex]
+    P = np.column_stack((np.ones(len(cells)), offset / fits.sizes[vertex]))
+    expected = np.linalg.lstsq(P, samples[cells], rcond=None)[0]
+    np.testing.assert_allclose(fits.fit(samples)[vertex], expected, atol=1e-12)
+    compliance = len(inner) * np.linalg.inv(P.T @ P)
+    np.testing.assert_allclose(fits.compliance[vertex], compliance, rtol=1e-10)
 
 
 def test_chosen_vertices_do_not_depend_on_the_others():

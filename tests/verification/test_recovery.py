@@ -210,7 +210,7 @@ def test_recovered_fluxes_jump_by_the_dissipation(solved, ratios):
 
 @pytest.mark.parametrize("ratios", MESHES)
 def test_flux_at_the_interface(solved, ratios):
-    """Order 1.5 at least, half the error of one-sided patches, less than without conditions."""
+    """Order 1.5 at least; far better than one-sided patches, better than without conditions."""
     found, without, classical = [], [], []
     for case in solved(ratios):
         found.append(case.error([case.joint(k).standard.values for k in (0, 1)]))
@@ -225,8 +225,8 @@ def test_flux_at_the_interface(solved, ratios):
         )
     orders = np.log2(found[0] / found[-1]) / (len(found) - 1)
     assert orders > 1.5
-    assert (2.0 * np.array(found) < classical).all()
-    assert (np.array(found) < without).all()
+    assert (5.0 * np.array(found) < classical).all()
+    assert (1.2 * np.array(found) < without).all()
 
 
 @pytest.mark.parametrize("ratios", MESHES)

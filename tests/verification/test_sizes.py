@@ -111,4 +111,4 @@ def test_a_right_mesh_is_predicted_to_stay():
         state = found(square(LinearNDInterpolator(state.plate.points, wanted(state, 0.1))))
     field = wanted(state, 0.1)
     prediction = predict(state.plate.points, state.plate.cells, field, state.errors, 1)
-    assert prediction.cells == pytest.approx(len(state.plate.cells), rel=0.1)
+    assert prediction.cells == pytest.approx(len(state.plate.cells), rel=0.15)

@@ -172,20 +172,19 @@ def test_tractions_are_continuous(solved):
                 assert np.abs(shear[:, 1]).max() < 1e-6
 
 
-@pytest.mark.parametrize("frictionless", [False, True], ids=["continuous", "frictionless"])
-def test_tractions_at_the_interface(solved, frictionless):
+@pytest.mark.parametrize(("frictionless", "order"), [(False, 1.4), (True, 1.7)])
+def test_tractions_at_the_interface(solved, frictionless, order):
+    """Half the error without conditions, at least; the shear is known to be 0 without friction."""
     found, without = [], []
     for case in solved:
         values = [case.joint(k, frictionless).standard.values for k in (0, 1)]
         found.append(case.error(values))
         without.append(case.error([side.coefficients[:, 0] for side in case.sides]))
     orders = np.log2(found[0] / found[-1]) / (len(found) - 1)
-    print(frictionless, np.array(found), np.array(without), orders)
-    assert orders > 1.5
-    assert (np.array(found) < without).all()
+    assert orders > order
+    assert (2.0 * np.array(found) < without).all()
 
 
 def test_effectivity(solved):
     found = [case.effectivity() for case in solved]
-    print(found)
     assert all(0.9 < value < 1.1 for value in found)
