@@ -17,12 +17,11 @@ from contactfem.adaptivity import (
     decide_mesh,
     decide_step,
 )
-from contactfem.case import Adaptivity, Case
+from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import BodyErrors, FluxEstimator, StressEstimator, total
 from contactfem.relative_error import RelativeError
-from contactfem.remesh import NewSizes
 from contactfem.results import ErrorStep, Remeshing
 from contactfem.sizes import (
     SizeLimits,
@@ -35,36 +34,13 @@ from contactfem.sizes import (
 )
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
-from contactfem.surfaces import Floats
-from contactfem.thermal import Thermal
+from contactfem.surfaces import Floats, Ints
 from contactfem.time_error import time_error
 from contactfem.timers import Timers
+from contactfem.verdicts import Accept, NewMeshes, NewSizes, ShorterStep
 
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 ORDER = 1  # of the elements: P1, Q1 and MINI
-
-
-@dataclass(frozen=True)
-class NewMeshes:
-    """Take the step again on meshes of these sizes."""
-
-    sizes: NewSizes
-
-
-@dataclass(frozen=True)
-class ShorterStep:
-    """Go back by one or two steps and on with this length [s]."""
-
-    dt: float
-    back: int
-
-
-@dataclass(frozen=True)
-class Accept:
-    """Go on with a step of this length [s]; None to leave it to Newton's method."""
-
-    dt: float | None
-    errors: ErrorStep
 
 
 @dataclass
@@ -93,7 +69,6 @@ class Adaptation:
         self._age: dict[str, int] = {}
         self._life: dict[str, float] = {}
         self._rates: tuple[float, float] = (0.0, 0.0)  # sum of <ż, ż> dt, and of dt
-        self._repeated_until = 0.0
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -105,6 +80,13 @@ class Adaptation:
             self._stress = StressEstimator(self.case, discretisation)
         if discretisation.heat is not None and settings.for_heat() is not None:
             self._flux = FluxEstimator(self.case, discretisation)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether a step may be taken again when the next one shows its error."""
+        heat = self._discretisation.heat
+        steady = heat is None or heat.system.scheme.steady
+        return self.settings.for_time() is not None and not steady
 
     def judge(
         self,
@@ -135,7 +117,9 @@ class Adaptation:
         dt, eta_time = timed
         return Accept(dt, self._report(found, eta_time))
 
-    def remeshed(self, before: Discretisation, after: Discretisation, t: float, seconds: float) -> None:
+    def remeshed(
+        self, before: Discretisation, after: Discretisation, t: float, seconds: float
+    ) -> None:
         """Note what new meshes were made for the present step.
 
         Args:
@@ -153,14 +137,16 @@ class Adaptation:
                     )
         self.use(after)
 
-    def accepted(self, rate_square: float, dt: float) -> None:
-        """Note that the present step was accepted.
+    def accepted(self, rate: Sequence[Floats], dt: float) -> None:
+        """Note that the present step was accepted; collective.
 
         Args:
-            rate_square: ⟨ż, ż⟩ of it.
+            rate: Its mean rates of temperature, flat local arrays of the bodies [K/s].
             dt: Its length [s].
         """
-        self._rates = (self._rates[0] + rate_square * dt, self._rates[1] + dt)
+        thermal = self._discretisation.heat
+        if thermal is not None and self.repeats:
+            self._rates = (self._rates[0] + thermal.product(rate, rate) * dt, self._rates[1] + dt)
         for problem in ("mechanics", "heat"):
             if self._now.rounds.get(problem):
                 self._life[problem] = float(self._age.get(problem, 0))
@@ -258,7 +244,7 @@ class Adaptation:
         )
 
     def _scale(
-        self, points: Sequence[Floats], cells: Sequence[np.ndarray], sizes: Sequence[Floats]
+        self, points: Sequence[Floats], cells: Sequence[Ints], sizes: Sequence[Floats]
     ) -> float:
         """Factor by which all meshes of a problem together keep to the limit on cells."""
         pairs = zip(points, cells, sizes, strict=True)
@@ -273,10 +259,11 @@ class Adaptation:
     ) -> ShorterStep | tuple[float | None, float | None]:
         """Decide about the length of the step: shorter, or the next length and the error."""
         tolerance, thermal = self.settings.for_time(), self._discretisation.heat
-        if tolerance is None or heat is None or thermal is None or thermal.system.scheme.steady:
+        if tolerance is None or heat is None or thermal is None or not self.repeats:
             return None, None
         dt = t - state.t
-        rate = rates(state, heat, dt)
+        pairs = zip(state.theta, heat.solution.theta, strict=True)
+        rate = [np.asarray((after - before) / dt) for before, after in pairs]
         square = thermal.product(rate, rate)
         if not state.rate:
             return None, None
@@ -317,21 +304,6 @@ class Adaptation:
             repeats=self._now.repeats,
             decisions=tuple(self._now.decisions),
         )
-
-
-def rates(state: State, heat: HeatOutcome, dt: float) -> list[Floats]:
-    """Mean rates of temperature over a step [K/s], flat local arrays of the bodies."""
-    return [(b - a) / dt for a, b in zip(state.theta, heat.solution.theta, strict=True)]
-
-
-def rate_square(thermal: Thermal | None, rate: Sequence[Floats]) -> float:
-    """⟨ż, ż⟩ in the norm of the heat that is stored; collective."""
-    return thermal.product(rate, rate) if thermal is not None and rate else 0.0
-
-
-def needs_steps(settings: Adaptivity) -> bool:
-    """Whether steps may have to be taken again when the next one is known."""
-    return settings.for_time() is not None
 
 
 def _name(discretisation: Discretisation, problem: str, errors: BodyErrors) -> str:

@@ -1,8 +1,5 @@
 """New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
 from mpi4py import MPI
@@ -21,19 +18,9 @@ from contactfem.meshes.size_field import size_field
 from contactfem.state import State
 from contactfem.surfaces import Floats
 from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
+from contactfem.verdicts import NewSizes
 
 NEARLY = 0.05  # relative change of a body's heat by interpolation up to which it is scaled back
-
-
-@dataclass(frozen=True)
-class NewSizes:
-    """Sizes that new meshes should have, at the vertices of the present ones [m], by body.
-
-    Bodies that are not named keep their mesh.
-    """
-
-    mechanical: Mapping[str, Floats]
-    thermal: Mapping[str, Floats]
 
 
 def new_meshes(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,14 +22,16 @@ from contactfem.gathering import body_pictures, heat_pictures, interface_tables,
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
-from contactfem.results import RunResult, StepReport
+from contactfem.results import ErrorStep, RunResult, StepReport
 from contactfem.scene import Condition
-from contactfem.state import initial_state
+from contactfem.state import State, initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
+from contactfem.verdicts import Accept, NewMeshes, ShorterStep, Verdict
 
 if TYPE_CHECKING:
+    from contactfem.adapt import Adaptation
     from contactfem.staggered import HeatOutcome
     from contactfem.thermal import Thermal
 
@@ -69,10 +72,11 @@ def run_case(
     discretisation = discretise(case, comm, timers)
     solver = _solver(case, discretisation, timers) if case.mechanics else None
     with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
-        loop = _Loop(case, discretisation, solver, recorder)
+        loop = _Loop(case, discretisation, solver, recorder, timers)
         message = loop.run()
+        loop.flush()
         timers.add("total", time.perf_counter() - start)
-        result = _result(case, discretisation, loop, timers, message)
+        result = _result(case, loop.discretisation, loop, timers, message)
         recorder.finish(result)
     return result
 
@@ -97,23 +101,29 @@ class _Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
+        timers: Timers,
     ) -> None:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder = solver, recorder
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
+        self.timers = timers
         self.ramp_end = case.time.step
         self.state = initial_state(discretisation, self.ramp_end)
+        self.adaptation = _adaptation(case, discretisation, timers)
+        self.before: State | None = None
+        self.pending: tuple[StepReport, State] | None = None
         self.reports: list[StepReport] = []
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
         self.stops = _stops(case)
         self.reactions: list[float] = []
-        self.alone = frozenset(
-            k
-            for k, interface in enumerate(discretisation.interfaces)
-            if self._alone_holds(interface.name)
-        )
+        self.alone = self._alone()
+
+    def _alone(self) -> frozenset[int]:
+        """Interfaces of which only contact holds a body."""
+        names = [interface.name for interface in self.discretisation.interfaces]
+        return frozenset(k for k, name in enumerate(names) if self._alone_holds(name))
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
@@ -125,7 +135,11 @@ class _Loop:
                 step = clipped(self.state.t, dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
                 if solved.converged:
-                    break
+                    verdict = self._judge(heat, self.state.t + step)
+                    if isinstance(verdict, Accept):
+                        break
+                    dt, easy = self._again(verdict, dt), []
+                    continue
                 self.state.restore(self.discretisation)
                 reason = self._why(solved)
                 decision = after_failure(step, cutbacks, self.limits)
@@ -137,11 +151,68 @@ class _Loop:
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
-            report = self._accept(step, solved, heat, cutbacks, time.perf_counter() - begun)
+            wall = time.perf_counter() - begun
+            report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits)
+            grown = after_success(dt, easy, self.limits) if verdict.dt is None else verdict.dt
             dt, easy = grown, easy if grown == dt else []
         return ""
+
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+        """What becomes of a step that was solved; collective."""
+        if self.adaptation is None:
+            return Accept(None, None)
+        conditions = self.solver.conditions if self.solver is not None else []
+        return self.adaptation.judge(self.state, conditions, heat, t)
+
+    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+        """Prepare to take the step again, on new meshes or with another length; returns that."""
+        if isinstance(verdict, NewMeshes):
+            self._take_new_meshes(verdict)
+            return dt
+        if verdict.back == 2 and self.before is not None:
+            self.state, self.before, self.pending = self.before, None, None
+            self.state.repeatable = False
+            self.reports.pop()
+        self.state.restore(self.discretisation)
+        return verdict.dt
+
+    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+        """Go on with new meshes from the last good state; collective."""
+        from contactfem.remesh import carried, new_meshes
+
+        assert self.adaptation is not None
+        begun = time.perf_counter()
+        self.flush()
+        with self.timers.book("remesh"):
+            old, comm = self.discretisation, self.discretisation.system.comm
+            given = new_meshes(self.case, old, verdict.sizes)
+            new = discretise(self.case, comm, self.timers, given)
+            self.state = carried(old, new, self.state, self.ramp_end)
+            self.before = None
+            self.discretisation = new
+            self.solver = _solver(self.case, new, self.timers) if self.case.mechanics else None
+            self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+            self.alone = self._alone()
+            self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
+        self.recorder.remeshed(new)
+
+    def flush(self) -> None:
+        """Record the last accepted step, if it was kept back because it could be taken again."""
+        if self.pending is not None:
+            report, state = self.pending
+            self.pending = None
+            state.restore(self.discretisation)
+            self.recorder.step(report, state)
+            self.state.restore(self.discretisation)
+
+    def _record(self, report: StepReport) -> None:
+        """Record an accepted step; with steps that follow their error only after the next one."""
+        self.flush()
+        if self.adaptation is None or not self.adaptation.repeats:
+            self.recorder.step(report, self.state)
+        else:
+            self.pending = report, copy.copy(self.state)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -199,16 +270,22 @@ class _Loop:
         heat: HeatOutcome | None,
         cutbacks: int,
         wall: float,
+        errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
         dissipation = float(
             sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
         )
+        repeatable = self.adaptation is not None and self.adaptation.repeats
+        self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
+        self.state.repeatable = repeatable
         self.reactions = self.solver.reactions() if self.solver is not None else []
         warmed = None
         if self.heat is not None and heat is not None:
             warmed = self.heat.record.step(heat, self.state.theta)
+            pairs = zip(self.state.theta, heat.solution.theta, strict=True)
+            self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
             self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
         report = StepReport(
@@ -225,10 +302,22 @@ class _Loop:
             dissipation=dissipation,
             wall=wall,
             heat=warmed,
+            errors=errors,
         )
+        if self.adaptation is not None:
+            self.adaptation.accepted(self.state.rate, dt)
         self.reports.append(report)
-        self.recorder.step(report, self.state)
+        self._record(report)
         return report
+
+
+def _adaptation(case: Case, discretisation: Discretisation, timers: Timers) -> Adaptation | None:
+    """What judges steps, only imported where the case asks for an error."""
+    if case.adaptivity is None:
+        return None
+    from contactfem.adapt import Adaptation
+
+    return Adaptation(case, discretisation, timers)
 
 
 class _HeatSide:

@@ -66,8 +66,8 @@ class State:
             body.u.x.array[:] = u
         if discretisation.heat is not None:
             heat = zip(discretisation.heat.bodies, self.thermal_u, self.theta, strict=True)
-            for body, moved, theta in heat:
-                body.u.x.array[:], body.theta.x.array[:] = moved, theta
+            for warm, moved, theta in heat:
+                warm.u.x.array[:], warm.theta.x.array[:] = moved, theta
 
     def accept(
         self, t: float, discretisation: Discretisation, conditions: list[Conditions]

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
-    errors dimensions tables functions units timers laws results magnification references control
+    errors dimensions tables functions units timers laws results verdicts magnification references
+    control
     forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
