@@ -11,6 +11,7 @@ from mpi4py import MPI
 from contactfem.case import Case
 from contactfem.condensed import Interface
 from contactfem.contact import Contact, ContactLaw
+from contactfem.crosspoints import Side, check_shared, shared_nodes
 from contactfem.element_choice import element_of
 from contactfem.errors import CaseError
 from contactfem.forms.energies import (
@@ -42,7 +43,7 @@ from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Friction, Material, Plane, Polyline
 from contactfem.scene import Interface as InterfaceModel
-from contactfem.surfaces import Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import Grip, Prescribed, System
 from contactfem.tables import constant
 from contactfem.timers import Timers
@@ -107,11 +108,14 @@ def discretise(case: Case, comm: MPI.Comm, timers: Timers) -> Discretisation:
                 held.append(f"{name} on the axis.x")
         kept = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
         system = System(comm, list(bodies.values()), prescribed, grips, kept)
+        shared = shared_nodes(
+            {name: _vertices_of(case, name, index, meshes) for name in case.interfaces}
+        )
         interfaces = tuple(
-            Interface(name, *_interface(case, name, system, index, meshes))
+            Interface(name, *_interface(case, name, system, index, meshes, shared[name]))
             for name in case.interfaces
         )
-        _refuse_shared_nodes(interfaces)
+        check_shared({interface.name: interface.nodes.mesh for interface in interfaces})
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
     return Discretisation(bodies, system, interfaces, tuple(held), unheld)
 
@@ -230,8 +234,27 @@ def _vertices(condition: Condition, meshes: dict[str, BodyMesh], comm: MPI.Comm)
     return mesh.surface(condition.surface).vertices
 
 
+def _vertices_of(
+    case: Case, name: str, index: dict[str, int], meshes: dict[str, BodyMesh]
+) -> tuple[Side, Side | None]:
+    """Bodies and vertices of both sides of an interface."""
+
+    def side(on: str) -> Side:
+        body, _, surface = on.partition(".")
+        return index[body], meshes[body].surface(surface).vertices
+
+    interface = case.interfaces[name]
+    rigid = interface.mortar in case.obstacles
+    return side(interface.nonmortar), None if rigid else side(interface.mortar)
+
+
 def _interface(
-    case: Case, name: str, system: System, index: dict[str, int], meshes: dict[str, BodyMesh]
+    case: Case,
+    name: str,
+    system: System,
+    index: dict[str, int],
+    meshes: dict[str, BodyMesh],
+    shared: Bools,
 ) -> tuple[InterfaceNodes, Contact]:
     """Nodes and laws of one interface."""
     interface = case.interfaces[name]
@@ -246,7 +269,7 @@ def _interface(
         body, _, surface = interface.mortar.partition(".")
         mortar = BodySide(index[body], meshes[body].surface(surface))
         E_mortar = system.bodies[index[body]].law.youngs_modulus
-    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier)
+    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier, shared)
     lengths = _lengths(nodes.X, nodes.mesh.nonmortar)
     around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
     h = around / np.bincount(nodes.mesh.nonmortar.ravel())
@@ -350,29 +373,3 @@ def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:
 def _lengths(X: Floats, facets: Ints) -> Floats:
     edge = X[facets[:, 1]] - X[facets[:, 0]]
     return np.hypot(edge[:, 0], edge[:, 1])
-
-
-def _refuse_shared_nodes(interfaces: tuple[Interface, ...]) -> None:
-    """A nonmortar node's forces are eliminated once: it must not stand in two interfaces."""
-    seen: dict[int, str] = {}
-    for interface in interfaces:
-        mesh: InterfaceMesh = interface.nodes.mesh
-        for unknown in _numbers(interface.nodes.unknown[: mesh.n_nonmortar][mesh.carries]):
-            if unknown in seen:
-                raise CaseError(
-                    f"interfaces {seen[unknown]} and {interface.name} share a nonmortar node; "
-                    "split the surface or make it the mortar side of one of them"
-                )
-            seen[unknown] = interface.name
-    for interface in interfaces:
-        for unknown in _numbers(interface.nodes.unknown[interface.nodes.mesh.n_nonmortar :]):
-            if unknown in seen:
-                raise CaseError(
-                    f"a node is nonmortar in interface {seen[unknown]} and mortar in "
-                    f"{interface.name}; swap the sides of one of them"
-                )
-
-
-def _numbers(unknown: Ints) -> list[int]:
-    """Unknowns that there are, each once."""
-    return [int(number) for number in np.unique(unknown[unknown >= 0])]

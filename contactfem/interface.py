@@ -7,7 +7,7 @@ import numpy as np
 
 from contactfem.directions import OfCircle, of_plane
 from contactfem.meshes.data import Surface
-from contactfem.surfaces import Basis, Directions, Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Basis, Bools, Directions, Floats, InterfaceMesh, Ints
 from contactfem.system import System
 from contactfem.tables import Table
 
@@ -45,6 +45,7 @@ class InterfaceNodes:
         nonmortar: Nonmortar side.
         mortar: Mortar side.
         basis: Of the multiplier.
+        shared: Nonmortar nodes that are on another surface of an interface too.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class InterfaceNodes:
         nonmortar: BodySide,
         mortar: BodySide | RigidSide,
         basis: Basis = "dual",
+        shared: Bools | None = None,
     ) -> None:
         self.comm = system.comm
         self._rigid = mortar if isinstance(mortar, RigidSide) else None
@@ -74,8 +76,9 @@ class InterfaceNodes:
         free = (self.unknown >= 0) & ~tied
         directions = None if self._rigid is None else self._rigid.directions
         self.mesh = InterfaceMesh(
-            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric, directions
-        )
+            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric,
+            directions, shared,
+        )  # fmt: skip
         self._system = system
 
     @property

@@ -35,6 +35,8 @@ class InterfaceMesh:
             in [m²] where "[m]" is said.
         directions: Unit normals of the nonmortar nodes and their derivatives, each with respect to
             the node's own position, where a rigid mortar side gives them; None for averaged ones.
+        shared: Nonmortar nodes that are on another surface of an interface too, shape (n,); None
+            for none.
     """
 
     n_nonmortar: int
@@ -45,6 +47,7 @@ class InterfaceMesh:
     basis: Basis = "dual"
     axisymmetric: bool = False
     directions: "Directions | None" = None
+    shared: Bools | None = None
 
     @property
     def n_nodes(self) -> int:
@@ -56,7 +59,8 @@ class InterfaceMesh:
         """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
         n = averaged_normals(self, self.X)[0]
         free = self.free[: self.n_nonmortar]
-        return np.asarray(free.all(1) | (free & (np.abs(n) > 0.5)).any(1))
+        moves = free.all(1) | (free & (np.abs(n) > 0.5)).any(1)
+        return np.asarray(moves if self.shared is None else moves & ~self.shared)
 
     @cached_property
     def neighbours(self) -> Ints:

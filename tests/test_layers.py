@@ -20,7 +20,7 @@ PLAIN = """
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing
-    blocks surfaces directions segments mortar
+    blocks surfaces directions crosspoints segments mortar
     contact
     elements mechanics system tangent interface coupling condensed saddle stability
     newton
