@@ -46,6 +46,7 @@ INTERFACE_UNITS = {
     "stick_edge_max": "m",
     "gap_min": "m",
     "slip_max": "m",
+    "moment_defect": "",
     "active": "",
     "stick": "",
     "slip": "",
@@ -265,6 +266,7 @@ def measure(result: RunResult) -> dict[str, float]:
         found = _of_interface(table, solution, result.case.strain == "small")
         if result.steps:
             found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
+            found["moment_defect"] = result.steps[-1].moment_defects.get(table.name, math.nan)
         values |= {f"{table.name}.{key}": value for key, value in found.items()}
     for body in result.bodies:
         values |= {f"{body.name}.{key}": value for key, value in _of_body(body).items()}

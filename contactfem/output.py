@@ -193,6 +193,7 @@ class OutputWriter:
         header = [*columns.values(), "residual"]
         for name in case.interfaces:
             header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
+            header.append(f"{name}.moment_defect")
         write_whole(self.directory / HISTORY, _csv(header, ()))
 
     def step(self, report: StepReport) -> None:
@@ -204,7 +205,7 @@ class OutputWriter:
         row = [getattr(report, name) for name in STEP_COLUMNS]
         row.append(report.residuals[-1] if report.residuals else math.nan)
         for name in self.case.interfaces:
-            row += report.forces[name]
+            row += [*report.forces[name], report.moment_defects[name]]
         with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
             file.write(",".join(_cell(value) for value in row) + "\n")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +34,7 @@ class StepReport:
         forces: resultant (Fx, Fy) on the mortar side, per interface [N/m].
         dissipation: frictional work of the step [J/m].
         wall: wall-clock time of the step, failed attempts included [s].
+        moment_defects: moment that the forces of both sides leave over, relative, per interface.
     """
 
     step: int
@@ -48,6 +49,7 @@ class StepReport:
     forces: dict[str, tuple[float, float]]
     dissipation: float
     wall: float
+    moment_defects: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.balance import defects
 from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
@@ -191,6 +192,10 @@ class _Loop:
             forces=_forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
+            moment_defects={
+                interface.name: defects(c)[1]
+                for interface, c in zip(self.discretisation.interfaces, conditions, strict=True)
+            },
         )
         self.reports.append(report)
         self.recorder.step(report, self.state)

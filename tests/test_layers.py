@@ -21,7 +21,7 @@ PLAIN = """
 PARALLEL = """
     compat meshing
     blocks surfaces directions crosspoints segments mortar
-    contact
+    contact balance
     elements mechanics system tangent interface coupling condensed saddle stability
     newton
     fields discretise diagnosis state gathering recorder run
