@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from contactfem.case import Case
 from contactfem.condensed import Interface
+from contactfem.constants import constants
 from contactfem.contact import Contact, ContactLaw
 from contactfem.crosspoints import Side, check_shared, shared_nodes
 from contactfem.element_choice import element_of
@@ -34,7 +35,6 @@ from contactfem.laws import (
     FrictionLaw,
     Tresca,
     VariableCoulomb,
-    contact_scale,
     frictionless,
 )
 from contactfem.mechanics import BodyProblem, Law, Load
@@ -42,16 +42,13 @@ from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Friction, Material, Plane, Polyline
-from contactfem.scene import Interface as InterfaceModel
 from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import Grip, Prescribed, System
 from contactfem.tables import constant
 from contactfem.timers import Timers
 
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
-PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
-SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
 
 @dataclass(frozen=True)
@@ -270,23 +267,21 @@ def _interface(
         mortar = BodySide(index[body], meshes[body].surface(surface))
         E_mortar = system.bodies[index[body]].law.youngs_modulus
     nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier, shared)
-    lengths = _lengths(nodes.X, nodes.mesh.nonmortar)
-    around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
-    h = around / np.bincount(nodes.mesh.nonmortar.ravel())
-    h_mortar = float(_lengths(nodes.X, nodes.mesh.mortar).mean())
-    extent = float(np.hypot(*np.ptp(nonmortar.surface.X, axis=0)))
-    friction = interface.friction
-    c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
-    normal, tangential = compliances(interface, c)
+    found = constants(
+        interface,
+        nonmortar.surface,
+        (E_nonmortar, E_mortar),
+        mortar.surface if isinstance(mortar, BodySide) else None,
+    )
     law = ContactLaw(
-        friction=friction_law(friction),
-        c=c,
-        c_n=interface.normal.c_factor,
-        c_t=interface.normal.c_factor * (friction.c_factor if friction else 1.0),
+        friction=friction_law(interface.friction),
+        c=found.c,
+        c_n=found.c_n,
+        c_t=found.c_t,
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=interface.search_radius or max(SEARCH_SHARE * extent, 2 * lengths.max()),
-        normal_compliance=normal,
-        tangential_compliance=tangential,
+        search_radius=found.search_radius,
+        normal_compliance=found.normal_compliance,
+        tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
@@ -302,28 +297,6 @@ def friction_law(friction: Friction | None) -> FrictionLaw:
         table = friction.coefficient_table
         return VariableCoulomb(table.variable, table.table)
     return Coulomb(friction.coefficient or 0.0)
-
-
-def compliances(interface: InterfaceModel, c: Floats) -> tuple[Floats, Floats]:
-    """Compliances 1/ε_N and 1/c_T of an interface, zero where its law is exact.
-
-    Args:
-        interface: The interface of the case.
-        c: Stiffness of the facets that touch [Pa/m], (n_nonmortar,).
-
-    Returns:
-        Normal and tangential compliance [m/Pa], (n_nonmortar,) each.
-    """
-    normal, friction = interface.normal, interface.friction
-    if normal.law == "multiplier":
-        return np.zeros_like(c), np.zeros_like(c)
-    epsilon = PENALTY * normal.penalty_factor * c
-    if normal.penalty is not None:
-        epsilon = np.full_like(c, normal.penalty)
-    c_T = epsilon * (friction.penalty_factor if friction else 1.0)
-    if friction and friction.penalty is not None:
-        c_T = np.full_like(c, friction.penalty)
-    return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
@@ -368,8 +341,3 @@ def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:
     size = float(np.ptp(np.concatenate([s.X for s in mesh.surfaces.values()]), axis=0).max())
     modes = free_rigid_modes(X, mask, X.mean(0), size, rotation_held=rotation_held)
     return len(modes) > 0
-
-
-def _lengths(X: Floats, facets: Ints) -> Floats:
-    edge = X[facets[:, 1]] - X[facets[:, 0]]
-    return np.hypot(edge[:, 0], edge[:, 1])

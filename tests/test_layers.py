@@ -14,8 +14,8 @@ PLAIN = """
     errors dimensions tables units timers laws results references control forms kernels _kernels
     homogeneous engineering overrides profiles
     meshes model scene element_choice measure contradictions case_links case_errors case listing
-    gaps rigid
-    expect check mesh_files
+    gaps rigid constants facets
+    expect facts check mesh_files
     charts interface_figure magnification pictures figures output report terminal
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
