@@ -154,6 +154,7 @@ def summarise(
         "versions": versions(),
         "converged": result.converged,
         "message": result.message,
+        "warnings": list(result.warnings),
         "passed": ended and all(verdict.passed for verdict in verdicts),
         "verdicts": [asdict(verdict) for verdict in verdicts],
         "sizes": result.sizes,

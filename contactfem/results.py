@@ -123,6 +123,7 @@ class RunResult:
         sizes: numbers of unknowns, cells, nodes, ranks, by name.
         converged: whether the end time was reached.
         message: why it was not, else empty.
+        warnings: what to doubt about accepted steps.
     """
 
     case: Case
@@ -135,3 +136,4 @@ class RunResult:
     sizes: dict[str, int]
     converged: bool
     message: str
+    warnings: tuple[str, ...] = ()

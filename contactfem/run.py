@@ -89,6 +89,7 @@ class _Loop:
         self.ramp_end = case.time.step
         self.state = initial_state(discretisation, self.ramp_end)
         self.reports: list[StepReport] = []
+        self.warnings: list[str] = []
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
@@ -109,11 +110,11 @@ class _Loop:
             while True:
                 step = clipped(self.state.t, dt, self.stops)
                 solved = self._attempt(self.state.t + step)
-                if solved.converged:
+                decision = after_failure(step, cutbacks, self.limits)
+                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     break
                 self.state.restore(self.discretisation)
-                reason = self._why(solved)
-                decision = after_failure(step, cutbacks, self.limits)
+                reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
@@ -122,11 +123,18 @@ class _Loop:
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
+            if solved.doubt:
+                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             report = self._accept(step, solved, cutbacks, time.perf_counter() - begun)
             easy.append(report.iterations)
             grown = after_success(dt, easy, self.limits)
             dt, easy = grown, easy if grown == dt else []
         return ""
+
+    def _warn(self, text: str) -> None:
+        """Accept what no smaller step mends, but say so."""
+        self.warnings.append(text)
+        self.recorder.warning(text)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -275,5 +283,5 @@ def _result(
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(
         case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message,
+        sizes, not message, message, warnings=tuple(loop.warnings),
     )  # fmt: skip

@@ -22,7 +22,7 @@ PARALLEL = """
     compat meshing
     blocks surfaces directions crosspoints segments mortar
     contact balance
-    elements mechanics system tangent interface coupling condensed saddle stability
+    elements mechanics system tangent interface coupling condensed saddle stability doubt
     newton
     fields discretise diagnosis state gathering recorder run
     suite cli_run cli
