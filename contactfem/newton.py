@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
+from contactfem.doubt import doubt
 from contactfem.laws import Trial
 from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
@@ -45,12 +46,14 @@ class SolveReport:
         reason: In words, empty when converged.
         iterations: Newton iterations.
         residuals: Scaled residual before each iteration and after the last [-].
+        doubt: Why a smaller step would be better though this one converged, in words; else empty.
     """
 
     converged: bool
     reason: str
     iterations: int
     residuals: tuple[float, ...]
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -132,6 +135,9 @@ class NewtonSolver:
         for _ in range(AUGMENTATIONS):
             better = self._augmented(step) if report.converged else None
             if better is None:
+                if report.converged:
+                    interfaces = self.equations.interfaces
+                    return replace(report, doubt=doubt(interfaces, self.conditions))
                 return report
             step = better
             again = self._solve_once(step)

@@ -128,6 +128,11 @@ class Recorder:
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 
+    def warning(self, text: str) -> None:
+        """Say what is doubtful about a step that is accepted."""
+        if self._voice is not None:
+            self._voice.say(f"WARNING: {text}")
+
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank."""
         if self._writer is not None:

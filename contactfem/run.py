@@ -13,6 +13,7 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.balance import defects
 from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
@@ -113,6 +114,7 @@ class _Loop:
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
         self.reports: list[StepReport] = []
+        self.warnings: list[str] = []
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
@@ -134,15 +136,15 @@ class _Loop:
             while True:
                 step = clipped(self.state.t, dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
-                if solved.converged:
+                decision = after_failure(step, cutbacks, self.limits)
+                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
                     if isinstance(verdict, Accept):
                         break
                     dt, easy = self._again(verdict, dt), []
                     continue
                 self.state.restore(self.discretisation)
-                reason = self._why(solved)
-                decision = after_failure(step, cutbacks, self.limits)
+                reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
@@ -151,6 +153,8 @@ class _Loop:
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
+            if solved.doubt:
+                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             easy.append(report.iterations)
@@ -213,6 +217,11 @@ class _Loop:
             self.recorder.step(report, self.state)
         else:
             self.pending = report, copy.copy(self.state)
+
+    def _warn(self, text: str) -> None:
+        """Accept what no smaller step mends, but say so."""
+        self.warnings.append(text)
+        self.recorder.warning(text)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -301,6 +310,10 @@ class _Loop:
             forces=_forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
+            moment_defects={
+                interface.name: defects(c)[1]
+                for interface, c in zip(self.discretisation.interfaces, conditions, strict=True)
+            },
             heat=warmed,
             errors=errors,
         )
@@ -414,5 +427,5 @@ def _result(
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(
         case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message, tuple(heat),
+        sizes, not message, message, warnings=tuple(loop.warnings), heat=tuple(heat),
     )  # fmt: skip
