@@ -29,6 +29,7 @@ UNSETTLED = (
     ", as the contact status does not settle (shorter steps may help, or a c_factor of the "
     "interface and its friction nearer to 1)"
 )
+LOST = 4  # iterations without the contact that alone holds a body after which it has flown away
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
 DIRECT_SOLVER = {
@@ -277,6 +278,12 @@ class NewtonSolver:
         stalled = len(self._residuals) > 1 and self._residuals[-1] > 0.5 * self._residuals[-2]
         if norm <= STALLED * self._stiffness and stands and stalled:
             return CONVERGED
+        recent = self.history[-LOST:]
+        if len(recent) == LOST and any(
+            not any(c[k].active.any() for c in recent) for k in self._step.alone
+        ):
+            self._reason = f"contact that alone holds a body is lost for {LOST} iterations"
+            return DIVERGED_ITERATIONS
         if its >= self.max_iterations:
             self._reason = f"no convergence in {its} iterations{'' if stands else UNSETTLED}"
             return DIVERGED_ITERATIONS
