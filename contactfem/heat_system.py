@@ -120,6 +120,10 @@ class HeatSystem(Unknowns):
         self._held = [
             (h.body, bodies[h.body].dofs(h.vertices), _values(bodies[h.body], h)) for h in held
         ]
+        self._counted = [
+            np.setdiff1d(dofs, [d for b, later, _ in self._held[k + 1 :] if b == body for d in later])
+            for k, (body, dofs, _) in enumerate(self._held)
+        ]  # where conditions meet the last one holds the temperature, so heat comes in through it
         self._matrix = StageMatrix(self, bodies, scheme, options)
 
     def couple(self, interfaces: Sequence[HeatInterface]) -> None:
@@ -272,7 +276,10 @@ class HeatSystem(Unknowns):
             if interface.conducts and interface.nodes.is_rigid:
                 theta = interface.nodes.gather(mean, interface.obstacle_mean(times, weights))
                 obstacles -= step.dt * float((exchange.conduction @ theta)[own].sum())
-        held = [float(residual[body][dofs].sum()) for body, dofs, _ in self._held]
+        held = [
+            float(residual[body][dofs].sum())
+            for (body, _, _), dofs in zip(self._held, self._counted, strict=True)
+        ]
         sums = self.comm.allreduce(np.array((stored, strained, loads, *held)))
         return HeatBalance(
             stored=float(sums[0]),
