@@ -29,6 +29,7 @@ class State:
         conditions: Of the last accepted step, per interface; empty before the first.
         theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
         thermal_u: Displacements on the thermal meshes, likewise [m].
+        warmth: Temperatures that mechanics last had its equilibrium at, likewise [K].
         exchanges: Heat through the interfaces in the last step; empty before the first.
     """
 
@@ -40,6 +41,7 @@ class State:
     conditions: tuple[Conditions, ...] = field(default=())
     theta: list[Floats] = field(default_factory=list)
     thermal_u: list[Floats] = field(default_factory=list)
+    warmth: list[Floats] = field(default_factory=list)
     exchanges: tuple[HeatExchange, ...] = ()
 
     def restore(self, discretisation: Discretisation) -> None:
@@ -50,6 +52,8 @@ class State:
         if discretisation.heat is not None:
             for heat, moved in zip(discretisation.heat.bodies, self.thermal_u, strict=True):
                 heat.u.x.array[:] = moved
+            for link, warmth in zip(discretisation.heat.links, self.warmth, strict=True):
+                link.warmth[:] = warmth
 
     def accept(
         self, t: float, discretisation: Discretisation, conditions: list[Conditions]
@@ -87,6 +91,7 @@ class State:
         assert discretisation.heat is not None
         self.theta, self.exchanges = theta, tuple(exchanges)
         self.thermal_u = discretisation.heat.displacements()
+        self.warmth = [link.warmth.copy() for link in discretisation.heat.links]
         for body, values in zip(discretisation.heat.bodies, theta, strict=True):
             body.theta.x.array[:] = values
 
