@@ -122,7 +122,9 @@ class HeatSystem(Unknowns):
             (h.body, bodies[h.body].dofs(h.vertices), _values(bodies[h.body], h)) for h in held
         ]
         self._counted = [
-            np.setdiff1d(dofs, [d for b, later, _ in self._held[k + 1 :] if b == body for d in later])
+            np.setdiff1d(
+                dofs, [d for b, later, _ in self._held[k + 1 :] if b == body for d in later]
+            )
             for k, (body, dofs, _) in enumerate(self._held)
         ]  # where conditions meet the last one holds the temperature, so heat comes in through it
         self._matrix = StageMatrix(self, bodies, scheme, options)

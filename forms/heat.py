@@ -84,9 +84,7 @@ def surface_ratio(u: Expr, N: Expr) -> Expr:
     return ufl.sqrt(ufl.inner(area, area))
 
 
-def elastic_cooling(
-    theta: Expr, modulus: Expr, reference: Expr, growth: Expr, dt: Expr
-) -> Expr:
+def elastic_cooling(theta: Expr, modulus: Expr, reference: Expr, growth: Expr, dt: Expr) -> Expr:
     """Heat that straining takes, 3 α K θ (ln J)˙, the term that the paper neglects below (12).
 
     Args:

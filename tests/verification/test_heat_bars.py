@@ -132,9 +132,7 @@ def test_an_open_gap_conducts_nothing(written, law):
 def test_a_users_conductance(written, tmp_path):
     """A function h(p, g) in a file of its own sees the contact pressure and a closed gap."""
     (tmp_path / "mine.py").write_text(
-        "def law(p, g):\n"
-        "    assert abs(g).max() < 1e-12\n"
-        "    return 2e3 * (p / 4e6) ** 2 + 1e3\n"
+        "def law(p, g):\n    assert abs(g).max() < 1e-12\n    return 2e3 * (p / 4e6) ** 2 + 1e3\n"
     )
     check(written(with_law('law = "mine.py:law"')), bars(3e3))
 

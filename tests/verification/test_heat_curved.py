@@ -33,9 +33,7 @@ def test_rod_in_a_ring(solved, swapped):
         r = np.hypot(*rod.points.T), np.hypot(*ring.points.T)
         found = rod.fields["temperature"][:, 0], ring.fields["temperature"][:, 0]
         exact = EXACT.rod(r[0]), EXACT.ring(np.maximum(r[1], 10e-3))
-        errors.append(
-            [np.abs(f - e).max() / e.max() for f, e in zip(found, exact, strict=True)]
-        )
+        errors.append([np.abs(f - e).max() / e.max() for f, e in zip(found, exact, strict=True)])
         step = result.steps[-1].heat
         assert step.held["ring.outer"] == pytest.approx(-5.0, rel=1e-9)
         assert abs(step.flow["fit"]) == pytest.approx(5.0, rel=1e-9)
@@ -103,7 +101,9 @@ def test_rod_in_a_tube_around_its_axis(written):
     """The rod in a ring once more, seen along its axis: contact area and source per 2πr."""
     errors = []
     for n in (6, 12, 24):
-        text = TUBE.format(n=n, m=n // 2, cell="quadrilateral") + TWO_TUBES.replace("nx = 12", f"nx = {n}")
+        text = TUBE.format(n=n, m=n // 2, cell="quadrilateral") + TWO_TUBES.replace(
+            "nx = 12", f"nx = {n}"
+        )
         result = written(text)
         wall, core = result.heat
         errors.append(

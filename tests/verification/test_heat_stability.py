@@ -135,9 +135,7 @@ def test_limit_of_the_isothermal_split(written, tmp_path, delta, D, strain):
         f"import numpy as np\ndef mode(x, t):\n    return {size} * np.cos(np.pi * x[1] / 10e-3)\n"
     )
     steps = 24
-    text = COLUMN.format(
-        strain=strain, steps=steps, capacity=capacity, conductivity=conductivity
-    )
+    text = COLUMN.format(strain=strain, steps=steps, capacity=capacity, conductivity=conductivity)
     result = written(text + CONFINED)
     amplitude = np.array([step.heat.temperature_max for step in result.steps])
     # θ_n = c_1 z_1^n + c_2 z_2^n from θ_0 and θ_1 = (1 - δ) θ_0 / (1 + D)
