@@ -22,7 +22,8 @@ BROKEN = {
     "gas_conductivity, gas_distance; found conductance, hardness, exponent",
     'interfaces.contact.heat.law="presure"': "interfaces.contact.heat.law = presure: must",
     "interfaces.contact.heat.exponent=0": "interfaces.contact.heat.exponent = 0: must be > 0",
-    "interfaces.contact.heat.partition=1.5": "interfaces.contact.heat.partition = 1.5: must be <= 1",
+    "interfaces.contact.heat.partition=1.5": "interfaces.contact.heat.partition = 1.5: must be "
+    "<= 1",
     'interfaces.contact.heat.hardness="1 mm"': "interfaces.contact.heat.hardness = 1 mm: is a "
     "length, not a stress",
     'interfaces.contact.heat.conductivity="1 W/m/K"': "interfaces.contact.heat.conductivity: "
@@ -30,13 +31,15 @@ BROKEN = {
     # the table
     'heat.scheme="cG(9)"': "heat.scheme = cG(9): must be",
     "heat.max_passes=0": "heat.max_passes = 0: must be >= 1",
-    "heat.relaxation=2.0": "heat.relaxation = 2.0: must be 'aitken' or a factor above 0 and at most 1",
+    "heat.relaxation=2.0": "heat.relaxation = 2.0: must be 'aitken' or a factor above 0 "
+    "and at most 1",
     'heat.relaxation="none"': "heat.relaxation = none: must be 'aitken' or a factor",
     'heat.sheme="cG(1)"': "heat.sheme: unknown key; did you mean 'scheme'?",
     # what materials lack
     'heat.scheme="cG(1)"': "materials.solid: heat needs density, heat_capacity",
     "heat.thermoelastic=true": "materials.solid: heat needs reference_temperature",
-    'materials.solid.conductivity="-1 W/m/K"': "materials.solid.conductivity = -1 W/m/K: must be > 0",
+    'materials.solid.conductivity="-1 W/m/K"': "materials.solid.conductivity = -1 W/m/K: "
+    "must be > 0",
     # what goes without heat, or only with it
     "heat=false": "conditions.4.temperature: heat is not solved for; add [heat]",
     'bodies.hot.temperature="5 K"': "bodies.hot.temperature: is solved for; give "

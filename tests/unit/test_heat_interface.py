@@ -206,7 +206,9 @@ def test_the_same_on_any_ranks():
         pair = Pair(law(PowerLaw(4.0, 2.0, 1.5)), n=(2, 9), comm=comm)
         p = 1.0 + pair.X[: pair.count, 0]
         exchange = pair.exchange(pressure=p, dissipation=p, power=7.0)
-        theta = [b.V.tabulate_dof_coordinates()[:, 0] for b in pair.bodies]
+        theta = [
+            (1.0 + k) * b.V.tabulate_dof_coordinates()[:, 0] for k, b in enumerate(pair.bodies)
+        ]
         heat = pair.interface.at_nodes(theta, exchange, 1.0)
         found.append([exchange.conduction.toarray(), exchange.friction, *heat])
     for a, b in zip(*found, strict=True):

@@ -16,7 +16,7 @@ COARSE = ("bodies.base.mesh.nx=30", "bodies.base.mesh.ny=3", "bodies.block.mesh.
 
 
 def held_heat(picture):
-    """∫ ρc ϑ over a mesh of rectangles or triangles [J/m], with the exact means of linear fields."""
+    """∫ ρc ϑ over a mesh of rectangles or triangles [J/m], by the means of linear fields."""
     X, theta = picture.points[picture.cells], picture.fields["temperature"][picture.cells, 0]
     if X.shape[1] == 3:
         a, b = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]

@@ -1,4 +1,4 @@
-"""Heat and mechanics on meshes of very different fineness: what changes is of discretisation order."""
+"""Heat and mechanics on meshes of different fineness: changes are of discretisation order."""
 
 import numpy as np
 import pytest

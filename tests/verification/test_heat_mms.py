@@ -1,4 +1,4 @@
-"""A manufactured solution of heat at finite strain: rates with the exact and the computed motion."""
+"""A manufactured solution of heat at finite strain: rates with exact and computed motion."""
 
 import basix.ufl
 import numpy as np

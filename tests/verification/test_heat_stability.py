@@ -54,7 +54,7 @@ def test_growth_of_barbers_rod(written, tmp_path, number, passes):
 @PASSES
 @pytest.mark.parametrize("coupling", [3.84, 4.08])
 def test_growth_on_either_side_of_the_limit(written, tmp_path, coupling, passes):
-    """h = h_c0 p / H_v with Bi = 1 and C around 2 (1 + Bi) = 4: what is stable is told apart (E1)."""
+    """h = h_c0 p / H_v with Bi = 1 and C around 2 (1 + Bi) = 4: the stable is told apart (E1)."""
     stiffness = ROD["youngs_modulus"] * ROD["expansion"]
     p = stiffness * 100.0 / coupling  # C = Bi E α (θ_wall - θ_L) / p at θ_L = 100 K
     law = PowerLaw(ROD["conductivity"] / ROD["length"] * 1e6 / p, 1e6, 1.0)

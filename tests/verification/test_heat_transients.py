@@ -195,7 +195,7 @@ def source(x, t):
 
 @pytest.mark.parametrize(("scheme", "expected"), [("cG(1)", 2), ("dG(1)", 3), ("cG(2)", 4)])
 def test_order_with_prescribed_temperature_and_source(written, tmp_path, scheme, expected):
-    """θ = x exp(-γt) through prescribed ends and a source: linear in space, so that time alone errs.
+    """θ = x exp(-γt) through prescribed ends and a source: linear in space, only time errs.
 
     Boundary values at the stages of the scheme, and sources at its points.
     """
