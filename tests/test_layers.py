@@ -26,7 +26,7 @@ PLAIN = """
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer mesh_view boundary_data
+    compat meshing blocks transfer mesh_view boundary_data body_recovery
     surfaces segments mortar
     contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
