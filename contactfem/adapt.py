@@ -31,6 +31,7 @@ from contactfem.sizes import (
     goal,
     predict,
     predicted_cells,
+    rounded,
     size_field,
 )
 from contactfem.staggered import HeatOutcome
@@ -243,7 +244,7 @@ class Adaptation:
             parts.append(size_field(x, c, part, self._limits(x)))
         scale = self._scale(points, cells, parts)
         for body, x, c, part in zip(chosen, points, cells, parts, strict=True):
-            sizes[body.name] = scale * part
+            sizes[body.name] = rounded(scale * part)
             expected = predict(x, c, sizes[body.name], body.errors, ORDER)
             count, error_square = count + expected.cells, error_square + expected.error_square
         expected_error = RelativeError(

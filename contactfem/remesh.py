@@ -1,6 +1,7 @@
 """New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
 
 import numpy as np
+from dolfinx import fem
 
 from mpi4py import MPI
 
@@ -141,11 +142,13 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
 
 
 def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:
-    """Interpolate displacements, and the mean stress of MINI; new bubbles are zero."""
+    """Interpolate displacements, and the mean stress of MINI; linear in new cells."""
     move = VolumeTransfer(comm, old.mesh, new.mesh, old.name)
-    new.u.x.array[:] = 0.0
     values = VertexValues(comm, old.mesh, old.vertex_space).replicate(old.u.x.array)
-    VertexValues(comm, new.mesh, new.vertex_space).insert(move(values), new.u.x.array)
+    domain = new.mesh.mesh
+    linear = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
+    VertexValues(comm, new.mesh, linear.function_space).insert(move(values), linear.x.array)
+    new.displacement.interpolate(linear)  # unknowns of bubbles are values in the middle of cells
     if old.law.mixed is not None:
         # The unknown is p h/μ with the mean cell size h
         scale = cell_size(new.mesh) / cell_size(old.mesh)
