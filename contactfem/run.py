@@ -135,7 +135,7 @@ class _Loop:
             begun, cutbacks = time.perf_counter(), 0
             while True:
                 step = clipped(self.state.t, dt, self.stops)
-                solved, heat = self._attempt(self.state.t + step)
+                solved, heat = self._attempt(self.state.t + step, cautious=cutbacks > 0)
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
@@ -236,14 +236,14 @@ class _Loop:
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
         return not bodies.isdisjoint(self.discretisation.unheld)
 
-    def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
+    def _attempt(self, t: float, *, cautious: bool) -> tuple[SolveReport, HeatOutcome | None]:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone)
+        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, cautious)
         if self.heat is not None:
             return self.heat.driver.attempt(
                 step, self.state.t, self.state.theta, self.state.thermal_u
