@@ -15,7 +15,7 @@ from contactfem.laws import Trial
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.size_field import size_field
-from contactfem.state import State
+from contactfem.state import State, initial_state
 from contactfem.surfaces import Floats
 from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
 from contactfem.verdicts import NewSizes
@@ -85,7 +85,7 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
     Displacements, temperatures and slip are interpolated at the nodes. Contact starts from the
     status of the nearest old node and from the new operators at the present positions; forces
     follow with the next equilibrium. A body's heat is kept: its interpolated temperatures are
-    scaled.
+    scaled. At time zero the initial state is taken anew instead.
 
     Args:
         old: The present meshes.
@@ -96,6 +96,8 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
     Returns:
         That state on the new meshes.
     """
+    if state.t == 0.0:  # what is given then has its values on any mesh
+        return initial_state(new, ramp_end)
     state.restore(old)
     comm, system = new.system.comm, new.system
     for name, body in new.bodies.items():
@@ -114,6 +116,7 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
             for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
         ),
         [transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
+        dt=state.dt,
         guess=tuple(
             _nearest(transfer, guess)
             for transfer, guess in zip(transfers, state.starts(), strict=True)

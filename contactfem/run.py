@@ -158,7 +158,9 @@ class _Loop:
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits) if verdict.dt is None else verdict.dt
+            grown = after_success(dt, easy, self.limits)
+            if verdict.dt is not None:  # the error decides, but not at once against a failed solve
+                grown = min(verdict.dt, dt) if cutbacks else verdict.dt
             dt, easy = grown, easy if grown == dt else []
         return ""
 

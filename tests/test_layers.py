@@ -25,7 +25,7 @@ PLAIN = """
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer mesh_view boundary_data
+    compat meshing blocks transfer mesh_view boundary_data body_recovery
     surfaces directions crosspoints segments mortar
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
