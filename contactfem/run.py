@@ -121,6 +121,7 @@ class _Loop:
         self.stops = _stops(case)
         self.reactions: list[float] = []
         self.alone = self._alone()
+        self.cautious = False
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
@@ -135,7 +136,7 @@ class _Loop:
             begun, cutbacks = time.perf_counter(), 0
             while True:
                 step = clipped(self.state.t, dt, self.stops)
-                solved, heat = self._attempt(self.state.t + step, cautious=cutbacks > 0)
+                solved, heat = self._attempt(self.state.t + step)
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
@@ -152,6 +153,7 @@ class _Loop:
                         f"t = {self.state.t:g} s, is written"
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
+                self.cautious = not self.cautious  # what did not work once, or does not any more
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
             if solved.doubt:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
@@ -238,14 +240,14 @@ class _Loop:
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
         return not bodies.isdisjoint(self.discretisation.unheld)
 
-    def _attempt(self, t: float, *, cautious: bool) -> tuple[SolveReport, HeatOutcome | None]:
+    def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, cautious)
+        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
         if self.heat is not None:
             return self.heat.driver.attempt(
                 step, self.state.t, self.state.theta, self.state.thermal_u
