@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mpi4py import MPI
+
 from contactfem.adaptivity import (
     AcceptStep,
     MeshPolicy,
@@ -140,7 +142,11 @@ class Adaptation:
         Returns:
             The decision.
         """
+        if t <= self.settings.start * (1.0 + 1e-12):
+            return Accept(None, self._report({}, None))
         with self.timers.book("estimate"):
+            if heat is not None and not self._counts(heat):
+                heat = None
             timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
             if isinstance(timed, ShorterStep):
                 self._now.repeats += 1
@@ -152,6 +158,14 @@ class Adaptation:
             return NewMeshes(sizes)
         dt, eta_time = timed
         return Accept(dt, self._report(found, eta_time))
+
+    def _counts(self, heat: HeatOutcome) -> bool:
+        """Whether temperatures are far enough apart for errors of heat to count; collective."""
+        comm, theta = self._discretisation.system.comm, heat.solution.theta
+        top = max(float(values.max(initial=-np.inf)) for values in theta)
+        bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
+        top, bottom = comm.allreduce(top, MPI.MAX), comm.allreduce(bottom, MPI.MAX)
+        return bool(top + bottom > self.settings.least_temperature)
 
     def remeshed(
         self, before: Discretisation, after: Discretisation, t: float, seconds: float

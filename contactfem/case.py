@@ -15,7 +15,7 @@ from contactfem.model import Flag, Model, Name, NonNegative
 from contactfem.overrides import override, with_variant
 from contactfem.references import CLOSED_FORMS, closed_form
 from contactfem.scene import Body, Condition, Interface, Material, Obstacle, Probe
-from contactfem.units import Duration, Length, Number, read_quantity
+from contactfem.units import Duration, Length, Number, Temperature, read_quantity
 
 PositiveTime = Annotated[Duration, Field(gt=0)]
 Fraction = Annotated[float, Field(strict=True, gt=0, lt=1)]
@@ -92,7 +92,8 @@ class Adaptivity(Model):
     `tolerance` stands for all three that are not given: `mechanics`, `heat` and `time`; the latter
     two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
     `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
-    extent, and that over 256.
+    extent, and that over 256. Errors are judged after `start`; those of heat and time as soon as
+    temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
     """
 
     tolerance: Ratio | None = None
@@ -105,6 +106,8 @@ class Adaptivity(Model):
     growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
     max_cells: Annotated[Count, Field(ge=10)] = 200_000
     max_remeshes: Count = 3
+    start: Annotated[Duration, Field(ge=0)] = 0.0
+    least_temperature: Annotated[Temperature, Field(ge=0)] = 1e-3
 
     @model_validator(mode="after")
     def _some(self) -> Self:
