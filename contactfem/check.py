@@ -1,6 +1,7 @@
 """Say what a case models, what it leaves out, and what holds its bodies, without running it."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,24 @@ Outlines = dict[str, dict[str, Floats]]
 TOUCHING = 1e-9  # relative to the size of the nonmortar surface
 
 
+@dataclass(frozen=True)
+class Account:
+    """What a case says, as the summary of a run keeps it.
+
+    Attributes:
+        scene: what it models and leaves out, title and text of each row.
+        resolved: its keys, their values in SI with unit, and whether they are defaults.
+    """
+
+    scene: tuple[tuple[str, str], ...] = ()
+    resolved: tuple[tuple[str, str, bool], ...] = ()
+
+
+def account(case: Case) -> Account:
+    """Take down what a case models and every value that it relies on; reads no mesh."""
+    return Account(tuple(_scene(case)), tuple(_values(case)))
+
+
 def check_case(case: Case) -> str:
     """Describe a case, for people to read before they run it.
 
@@ -40,7 +59,7 @@ def check_case(case: Case) -> str:
         describe(case),
         _section("bodies", _bodies(case, lines)),
         _section("interfaces", _interfaces(case, lines)),
-        _section("values in SI, * where the case file does not give them", _values(case)),
+        _section("values in SI, * where the case file does not give them", _marked(case)),
     ]
     return "\n\n".join(section for section in sections if section)
 
@@ -125,7 +144,8 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
     yield from heat_words(case)
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
-    yield "expected", f"{len(case.expect)} numbers" if case.expect else "nothing"
+    count = len(case.expect)
+    yield "expected", f"{count} number{'s' if count > 1 else ''}" if count else "nothing"
     if case.variants:
         yield "variants", ", ".join(case.variants)
 
@@ -231,7 +251,13 @@ def _gap(gap: float | None, size: float) -> str:
     return f"{'gap' if gap > 0 else 'overlap'} {engineering(abs(gap), 'm')}"
 
 
-def _values(case: Case) -> Iterator[tuple[str, str]]:
+def _values(case: Case) -> Iterator[tuple[str, str, bool]]:
+    """Keys with their values, and whether they are defaults."""
     for key, value, default in listing(case):
         if not key.startswith(("title", "references", "variants", "expect", "path")):
-            yield key, f"{value} *" if default else value
+            yield key, value, default
+
+
+def _marked(case: Case) -> Iterator[tuple[str, str]]:
+    for key, value, default in _values(case):
+        yield key, f"{value} *" if default else value

@@ -72,6 +72,11 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     report.add_argument(
+        "--html",
+        action="store_true",
+        help="write one page about each run into its folder, report.html, which needs nothing else",
+    )
+    report.add_argument(
         "paths",
         type=Path,
         nargs="+",
@@ -129,6 +134,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    if options.html:
+        return _pages([folder for path in options.paths for folder in _folders(path)])
     from contactfem.report import report
 
     if len(options.paths) == 1 and _holds_cases(options.paths[0]):
@@ -136,6 +143,18 @@ def _report(options: argparse.Namespace) -> int:
 
         return report_folder(options.paths[0], Path("runs") / options.paths[0].resolve().name)
     return report([folder for path in options.paths for folder in _folders(path)])
+
+
+def _pages(folders: Sequence[Path]) -> int:
+    """Write a page about each run."""
+    from contactfem.html_report import write_page
+
+    for folder in folders:
+        try:
+            print(write_page(folder))
+        except OSError as error:
+            raise CaseError(f"{folder}: cannot be written to: {error.strerror}") from None
+    return ExitCode.DONE
 
 
 def _holds_cases(folder: Path) -> bool:

@@ -21,6 +21,7 @@ PLAIN = """
     gaps rigid boxes nearest shapes location
     expect heat_words check mesh_files
     charts interface_figure pictures heat_figure figures output report terminal
+    markup html_style html_steps html_report
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing blocks transfer
