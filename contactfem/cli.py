@@ -51,7 +51,10 @@ def parser() -> argparse.ArgumentParser:
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
-    _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
+    schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
+    schema.add_argument(
+        "--markdown", action="store_true", help="all keys as a page to read instead"
+    )
     for verb in (check, mesh, run):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
@@ -179,7 +182,7 @@ def _folders(path: Path) -> list[Path]:
 
 
 def _schema(options: argparse.Namespace) -> int:
-    from contactfem.case import Case
+    from contactfem.case_reference import case_schema, reference_page
 
-    print(json.dumps(Case.model_json_schema(), indent=2))
+    print(reference_page() if options.markdown else json.dumps(case_schema(), indent=2))
     return ExitCode.DONE

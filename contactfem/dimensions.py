@@ -104,6 +104,8 @@ DIMENSIONS = {
     "m/s": "velocity",
     "m^2": "area",
     "J": "energy",
+    "W/m^2": "heat flux",
+    "W/m^3": "heat source",
     "W/m^2/K": "conductance",
 }
 

@@ -34,6 +34,7 @@ from contactfem.interface import (
 from contactfem.laws import (
     Coulomb,
     FrictionLaw,
+    GivenFriction,
     Tresca,
     VariableCoulomb,
     contact_scale,
@@ -322,7 +323,7 @@ def _interface(
     c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
     normal, tangential = compliances(interface, c)
     law = ContactLaw(
-        friction=friction_law(friction),
+        friction=friction_law(case, friction),
         c=c,
         c_n=interface.normal.c_factor,
         c_t=interface.normal.c_factor * (friction.c_factor if friction else 1.0),
@@ -341,8 +342,20 @@ def _search_radius(interface: InterfaceModel, X: Floats, longest: float) -> floa
     return interface.search_radius or max(SEARCH_SHARE * extent, 2 * longest)
 
 
-def friction_law(friction: Friction | None) -> FrictionLaw:
-    """Friction law of an interface of the case."""
+def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:
+    """Friction law of an interface of the case.
+
+    Raises:
+        CaseError: A user's law that cannot be loaded.
+    """
+    if friction is not None and functions.is_reference(friction.law):
+        try:
+            function = functions.reference(friction.law).load(case.path.parent)
+            law = GivenFriction(friction.law, function)
+            law.check()
+        except CaseError as error:
+            raise CaseError(f"{case.path}: friction {error}") from None
+        return law
     if friction is None or friction.coefficient == 0.0:
         return frictionless
     if friction.limit is not None:

@@ -19,7 +19,7 @@ PLAIN = """
     meshes model scene element_choice heat_measure measure
     contradictions heat_links case_links case_errors case listing
     gaps rigid boxes nearest shapes location
-    expect heat_words check mesh_files
+    expect heat_words check mesh_files key_words case_reference
     charts interface_figure pictures heat_figure figures output report terminal
     markup html_style html_steps html_report
 """  # these work without MPI, PETSc and dolfinx
