@@ -156,7 +156,7 @@ def _choice(schemas: list[Schema]) -> str:
     rows = [s for s in schemas if s.get("type") == "array" and "prefixItems" in s.get("items", {})]
     plain = [s for s in schemas if s not in rows and s.get("type") != "null"]
     if [s.get("type") for s in plain] == ["number", "string"]:
-        return 'number, also with a unit such as `"10 mm"`'
+        return "number, or text with a unit"
     components = [s for s in plain if "x" in s.get("properties", {})]
     if components:
         return f"by component: {_value(components[0]['properties']['x'])}"
@@ -165,13 +165,15 @@ def _choice(schemas: list[Schema]) -> str:
 
 
 def _text(schema: Schema) -> str:
-    if "pattern" in schema:
+    if ".py:" in schema.get("pattern", "").replace("\\", ""):
         names = re.findall(r"(?<=[(|])[a-z-]+(?=\|)", schema["pattern"])
         return ", ".join([*(_code(name) for name in names), '`"file.py:function"`'])
     if "examples" in schema:
         example = schema["examples"][0]
         kind = DIMENSIONS.get(UNITS.get(example, " "), "function" if ":" in example else "such as")
         return f"{kind} {_code(example)}"
+    if "pattern" in schema:
+        return "name"
     return "path" if schema.get("format") == "path" else "text"
 
 

@@ -56,12 +56,15 @@ class _BodyFile:
 class FieldWriter:
     """One .bp directory per body with its displacement and Cauchy stress over time."""
 
-    def __init__(self, directory: Path, displacements: Mapping[str, fem.Function]) -> None:
+    def __init__(
+        self, directory: Path, displacements: Mapping[str, fem.Function], suffix: str = ""
+    ) -> None:
         """Open the files, on all ranks together.
 
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
+            suffix: of the file names, for the meshes after the first ones.
 
         Raises:
             CaseError: if this dolfinx was built without ADIOS2, which writes them.
@@ -69,9 +72,12 @@ class FieldWriter:
         if not dolfinx.has_adios2:
             raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
         self._sources = dict(displacements)
-        self._files = {name: self._open(directory, name, u) for name, u in self._sources.items()}
+        self._files = {
+            name: self._open(directory / f"{name}{suffix}.bp", u)
+            for name, u in self._sources.items()
+        }
 
-    def _open(self, directory: Path, name: str, u: fem.Function) -> _BodyFile:
+    def _open(self, path: Path, u: fem.Function) -> _BodyFile:
         from dolfinx.io import VTXWriter  # not there without ADIOS2
 
         mesh = u.function_space.mesh
@@ -79,7 +85,6 @@ class FieldWriter:
         displacement = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, shape)))
         stress = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (STRESSES,))))
         displacement.name, stress.name = "displacement", "stress"
-        path = directory / f"{name}.bp"
         writer = VTXWriter(mesh.comm, path, [displacement, stress], engine="BP4")
         return _BodyFile(displacement, stress, writer)
 
@@ -113,22 +118,24 @@ class _HeatFile:
 class HeatFieldWriter:
     """One .bp directory per body with temperature, heat flux and displacement over time."""
 
-    def __init__(self, directory: Path, bodies: Sequence[HeatBody]) -> None:
+    def __init__(self, directory: Path, bodies: Sequence[HeatBody], suffix: str = "") -> None:
         """Open the files, on all ranks together.
 
         Args:
             directory: where they go; it exists.
             bodies: the heat problems.
+            suffix: of the file names, for the meshes after the first ones.
         """
-        self._files = [self._open(directory, body) for body in bodies]
+        self._files = [
+            self._open(directory / f"{body.name}_heat{suffix}.bp", body) for body in bodies
+        ]
 
-    def _open(self, directory: Path, body: HeatBody) -> _HeatFile:
+    def _open(self, path: Path, body: HeatBody) -> _HeatFile:
         from dolfinx.io import VTXWriter  # not there without ADIOS2
 
         domain = body.mesh.mesh
         flux = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
         flux.name, body.theta.name, body.u.name = "heat_flux", "temperature", "displacement"
-        path = directory / f"{body.name}_heat.bp"
         writer = VTXWriter(domain.comm, path, [body.theta, flux, body.u], engine="BP4")
         return _HeatFile(body, flux, writer)
 

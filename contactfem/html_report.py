@@ -108,6 +108,8 @@ def _top(summary: Summary) -> Markup:
     ]
     if summary["message"]:
         parts.append(element("p", {"class": "stop"}, f"The run stopped: {summary['message']}"))
+    for warning in summary.get("warnings", ()):
+        parts.append(element("p", {"class": "stop doubt"}, f"Warning: {warning}"))
     return element("header", NONE, *parts, element("dl", {"class": "facts"}, *boxes))
 
 

@@ -16,7 +16,7 @@ LOWEST, HIGHEST, LEVEL = 1e-16, 10.0, 1e-10  # of residuals as they are drawn
 # what has a place of its own on the page; all else of a step is told with the decisions
 TOLD = {
     "step", "t", "dt", "iterations", "cutbacks", "residuals", "open", "stick", "slip", "forces",
-    "dissipation", "wall", "heat",
+    "dissipation", "wall", "moment_defects", "heat", "errors",
 }  # fmt: skip
 
 
@@ -67,9 +67,30 @@ def _columns(summary: Mapping[str, Any]) -> Iterator[Column]:
         yield "coldest [K]", lambda step: _heat(step, "temperature_min")
         yield "hottest [K]", lambda step: _heat(step, "temperature_max")
         yield "passes", lambda step: _heat(step, "passes")
+    yield from _errors(steps)
     for name in _numbers(steps):
         yield name.replace("_", " "), lambda step, name=name: _value(step.get(name))  # type: ignore[misc]
     yield "seconds", lambda step: f"{number(step['wall']):.3g}"
+
+
+def _errors(steps: Sequence[Step]) -> Iterator[Column]:
+    """Estimated errors and counts of cells, where meshes and steps adapt."""
+    found = [step["errors"] for step in steps if step.get("errors")]
+    names = {"mechanics": "error of stress", "heat": "of heat flux", "time": "of rate"}
+    for key, title in names.items():
+        if any(errors[key] is not None for errors in found):
+            yield title, lambda step, key=key: _percent((step.get("errors") or {}).get(key))  # type: ignore[misc]
+    for key, title in {"cells": "cells", "thermal_cells": "thermal cells"}.items():
+        if any(errors[key] for errors in found):
+            yield title, lambda step, key=key: _total((step.get("errors") or {}).get(key))  # type: ignore[misc]
+
+
+def _percent(value: float | None) -> str:
+    return "" if value is None else f"{100.0 * value:.3g} %"
+
+
+def _total(counts: Mapping[str, int] | None) -> str:
+    return str(sum(counts.values())) if counts else ""
 
 
 def _tolerance(summary: Mapping[str, Any]) -> float:
@@ -123,7 +144,8 @@ def decisions(summary: Mapping[str, Any]) -> Markup:
     items = sorted(_told(summary), key=lambda item: item[0])
     if not items:
         return Markup()
-    return element("ul", NONE, *(element("li", NONE, text) for _, text in items))
+    listed = element("ul", NONE, *(element("li", NONE, text) for _, text in items))
+    return element("div", {"class": "scroll"}, listed)
 
 
 def _told(summary: Mapping[str, Any]) -> Iterator[tuple[float, str]]:
@@ -138,6 +160,12 @@ def _told(summary: Mapping[str, Any]) -> Iterator[tuple[float, str]]:
         head = f"Step {step['step']}, t = {engineering(t, 's', 5)}"
         if rings := (step.get("heat") or {}).get("rings"):
             yield t, f"{head}: {rings}"
+        errors = step.get("errors") or {}
+        for decision in errors.get("decisions", ()):
+            yield t, f"{head}: {decision}"
+        for new in errors.get("remeshes", ()):
+            cells = f"{new['cells_before']} to {new['cells_after']} cells"
+            yield t, f"{head}: new mesh of '{new['body']}' for {new['problem']}, {cells}"
         for name, value in step.items():
             if name in TOLD:
                 continue

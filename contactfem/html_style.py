@@ -22,6 +22,7 @@ a { color: var(--accent); }
 .verdict.good { background: var(--good-back); } .verdict.bad { background: var(--bad-back); }
 .stop { background: var(--bad-back); border-left: 4px solid var(--bad); padding: .7rem 1rem;
   border-radius: .25rem; margin: 1rem 0; overflow-wrap: anywhere; }
+.stop.doubt { background: var(--card); border-color: #d08700; }
 .facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(8.5rem, 1fr)); gap: .6rem;
   margin: 1.1rem 0 0; }
 .facts div { background: var(--card); border: 1px solid var(--line); border-radius: .5rem;

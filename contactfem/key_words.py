@@ -36,6 +36,7 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "obstacles": "rigid counterparts, by name",
         "interfaces": "pairs of surfaces that may touch, by name",
         "mechanics": "whether bodies move",
+        "adaptivity": "meshes and steps by estimated errors",
         "conditions": "what acts on bodies",
         "probes": "points to watch, by name",
         "closed_form": "known solutions to compare with, by the name of the interface",
@@ -77,6 +78,13 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "exponent": "exponent of law pressure",
         "gas_conductivity": "conductivity of the gas",
         "gas_distance": "thickness of the gas between surfaces in contact",
+    },
+    "Adaptivity": {
+        "tolerance": 'relative error, such as 0.05 or "5 %"',
+        "size_min": "smallest size of cells",
+        "size_max": "largest size of cells",
+        "growth": "of the size per distance, between neighbouring cells",
+        "max_remeshes": "new meshes of one problem within one step",
     },
     "Condition": {
         "on": "a surface or a body",

@@ -44,6 +44,7 @@ class Recorder:
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         self._times = list(case.output.times)
+        self._out, self._segment = out, 1
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -59,17 +60,19 @@ class Recorder:
                 self._writer = OutputWriter(out, case, command, account(case))
                 self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
-                from contactfem.fields import FieldWriter
-
                 comm.barrier()  # the folder is there
-                displacements = {
-                    name: body.displacement for name, body in discretisation.bodies.items()
-                }
-                self._fields = FieldWriter(out, displacements)
-                if discretisation.heat is not None:
-                    from contactfem.fields import HeatFieldWriter
+                self._open_fields(out)
 
-                    self._heat_fields = HeatFieldWriter(out, discretisation.heat.bodies)
+    def _open_fields(self, out: Path) -> None:
+        """Open the field files of the present meshes; collective."""
+        from contactfem.fields import FieldWriter, HeatFieldWriter
+
+        suffix = f"_{self._segment}" if self._segment > 1 else ""
+        discretisation = self._discretisation
+        displacements = {name: body.displacement for name, body in discretisation.bodies.items()}
+        self._fields = FieldWriter(out, displacements, suffix)
+        if discretisation.heat is not None:
+            self._heat_fields = HeatFieldWriter(out, discretisation.heat.bodies, suffix)
 
     def __enter__(self) -> Self:
         """Open for the time of a run."""
@@ -110,6 +113,17 @@ class Recorder:
             if self._heat_fields is not None:
                 self._heat_fields.write(report.t)
 
+    def remeshed(self, discretisation: Discretisation) -> None:
+        """Go on with new meshes, whose fields go into new files; collective."""
+        self._discretisation = discretisation
+        for files in (self._fields, self._heat_fields):
+            if files is not None:
+                files.close()
+        self._segment += 1
+        if self._fields is not None and self._out is not None:
+            with self._timers.book("output"):
+                self._open_fields(self._out)
+
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""
         if self._writer is not None:
@@ -118,6 +132,11 @@ class Recorder:
             self._writer.failure(Failure(t, reason, dt))
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
+
+    def warning(self, text: str) -> None:
+        """Say what is doubtful about a step that is accepted."""
+        if self._voice is not None:
+            self._voice.say(f"WARNING: {text}")
 
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank."""

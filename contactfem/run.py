@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.balance import defects
 from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
@@ -21,14 +23,16 @@ from contactfem.gathering import body_pictures, heat_pictures, interface_tables,
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
-from contactfem.results import RunResult, StepReport
+from contactfem.results import ErrorStep, RunResult, StepReport
 from contactfem.scene import Condition
-from contactfem.state import initial_state
+from contactfem.state import State, initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
+from contactfem.verdicts import Accept, NewMeshes, ShorterStep, Verdict
 
 if TYPE_CHECKING:
+    from contactfem.adapt import Adaptation
     from contactfem.staggered import HeatOutcome
     from contactfem.thermal import Thermal
 
@@ -69,10 +73,11 @@ def run_case(
     discretisation = discretise(case, comm, timers)
     solver = _solver(case, discretisation, timers) if case.mechanics else None
     with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
-        loop = _Loop(case, discretisation, solver, recorder)
+        loop = _Loop(case, discretisation, solver, recorder, timers)
         message = loop.run()
+        loop.flush()
         timers.add("total", time.perf_counter() - start)
-        result = _result(case, discretisation, loop, timers, message)
+        result = _result(case, loop.discretisation, loop, timers, message)
         recorder.finish(result)
     return result
 
@@ -97,23 +102,30 @@ class _Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
+        timers: Timers,
     ) -> None:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder = solver, recorder
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
+        self.timers = timers
         self.ramp_end = case.time.step
         self.state = initial_state(discretisation, self.ramp_end)
+        self.adaptation = _adaptation(case, discretisation, timers)
+        self.before: State | None = None
+        self.pending: tuple[StepReport, State] | None = None
         self.reports: list[StepReport] = []
+        self.warnings: list[str] = []
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
         self.stops = _stops(case)
         self.reactions: list[float] = []
-        self.alone = frozenset(
-            k
-            for k, interface in enumerate(discretisation.interfaces)
-            if self._alone_holds(interface.name)
-        )
+        self.alone = self._alone()
+
+    def _alone(self) -> frozenset[int]:
+        """Interfaces of which only contact holds a body."""
+        names = [interface.name for interface in self.discretisation.interfaces]
+        return frozenset(k for k, name in enumerate(names) if self._alone_holds(name))
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
@@ -124,11 +136,15 @@ class _Loop:
             while True:
                 step = clipped(self.state.t, dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
-                if solved.converged:
-                    break
-                self.state.restore(self.discretisation)
-                reason = self._why(solved)
                 decision = after_failure(step, cutbacks, self.limits)
+                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
+                    verdict = self._judge(heat, self.state.t + step)
+                    if isinstance(verdict, Accept):
+                        break
+                    dt, easy = self._again(verdict, dt), []
+                    continue
+                self.state.restore(self.discretisation)
+                reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
@@ -137,11 +153,75 @@ class _Loop:
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
-            report = self._accept(step, solved, heat, cutbacks, time.perf_counter() - begun)
+            if solved.doubt:
+                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
+            wall = time.perf_counter() - begun
+            report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits)
+            grown = after_success(dt, easy, self.limits) if verdict.dt is None else verdict.dt
             dt, easy = grown, easy if grown == dt else []
         return ""
+
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+        """What becomes of a step that was solved; collective."""
+        if self.adaptation is None:
+            return Accept(None, None)
+        conditions = self.solver.conditions if self.solver is not None else []
+        return self.adaptation.judge(self.state, conditions, heat, t)
+
+    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+        """Prepare to take the step again, on new meshes or with another length; returns that."""
+        if isinstance(verdict, NewMeshes):
+            self._take_new_meshes(verdict)
+            return dt
+        if verdict.back == 2 and self.before is not None:
+            self.state, self.before, self.pending = self.before, None, None
+            self.state.repeatable = False
+            self.reports.pop()
+        self.state.restore(self.discretisation)
+        return verdict.dt
+
+    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+        """Go on with new meshes from the last good state; collective."""
+        from contactfem.remesh import carried, new_meshes
+
+        assert self.adaptation is not None
+        begun = time.perf_counter()
+        self.flush()
+        with self.timers.book("remesh"):
+            old, comm = self.discretisation, self.discretisation.system.comm
+            given = new_meshes(self.case, old, verdict.sizes)
+            new = discretise(self.case, comm, self.timers, given)
+            self.state = carried(old, new, self.state, self.ramp_end)
+            self.before = None
+            self.discretisation = new
+            self.solver = _solver(self.case, new, self.timers) if self.case.mechanics else None
+            self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+            self.alone = self._alone()
+            self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
+        self.recorder.remeshed(new)
+
+    def flush(self) -> None:
+        """Record the last accepted step, if it was kept back because it could be taken again."""
+        if self.pending is not None:
+            report, state = self.pending
+            self.pending = None
+            state.restore(self.discretisation)
+            self.recorder.step(report, state)
+            self.state.restore(self.discretisation)
+
+    def _record(self, report: StepReport) -> None:
+        """Record an accepted step; with steps that follow their error only after the next one."""
+        self.flush()
+        if self.adaptation is None or not self.adaptation.repeats:
+            self.recorder.step(report, self.state)
+        else:
+            self.pending = report, copy.copy(self.state)
+
+    def _warn(self, text: str) -> None:
+        """Accept what no smaller step mends, but say so."""
+        self.warnings.append(text)
+        self.recorder.warning(text)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -183,9 +263,8 @@ class _Loop:
         proportion it stays right, and a trial state would not know which of the nodes on the limit
         of friction slip. At a first contact a guess; None where there is none to make.
         """
-        if self.state.conditions and self.state.conditions[k].active.any():
-            c = self.state.conditions[k]
-            return Trial(c.status, c.direction)
+        if (start := self.state.starts()[k]) is not None:
+            return start
         interface = self.discretisation.interfaces[k]
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
@@ -200,16 +279,22 @@ class _Loop:
         heat: HeatOutcome | None,
         cutbacks: int,
         wall: float,
+        errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
         dissipation = float(
             sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
         )
+        repeatable = self.adaptation is not None and self.adaptation.repeats
+        self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
+        self.state.repeatable = repeatable
         self.reactions = self.solver.reactions() if self.solver is not None else []
         warmed = None
         if self.heat is not None and heat is not None:
             warmed = self.heat.record.step(heat, self.state.theta)
+            pairs = zip(self.state.theta, heat.solution.theta, strict=True)
+            self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
             self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
         report = StepReport(
@@ -225,11 +310,27 @@ class _Loop:
             forces=_forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
+            moment_defects={
+                interface.name: defects(c)[1]
+                for interface, c in zip(self.discretisation.interfaces, conditions, strict=True)
+            },
             heat=warmed,
+            errors=errors,
         )
+        if self.adaptation is not None:
+            self.adaptation.accepted(self.state.rate, dt)
         self.reports.append(report)
-        self.recorder.step(report, self.state)
+        self._record(report)
         return report
+
+
+def _adaptation(case: Case, discretisation: Discretisation, timers: Timers) -> Adaptation | None:
+    """What judges steps, only imported where the case asks for an error."""
+    if case.adaptivity is None:
+        return None
+    from contactfem.adapt import Adaptation
+
+    return Adaptation(case, discretisation, timers)
 
 
 class _HeatSide:
@@ -326,5 +427,5 @@ def _result(
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(
         case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message, tuple(heat),
+        sizes, not message, message, warnings=tuple(loop.warnings), heat=tuple(heat),
     )  # fmt: skip

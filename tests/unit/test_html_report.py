@@ -164,6 +164,26 @@ def test_what_later_steps_tell_is_shown(folder):
     ]
 
 
+def test_errors_meshes_and_warnings_are_shown(folder):
+    path = folder() / "summary.json"
+    summary = json.loads(path.read_text())
+    remesh = {"t": 0.0, "problem": "heat", "body": "pad", "cells_before": 140, "cells_after": 456}
+    summary["steps"][1]["errors"] = {
+        "mechanics": 0.0321, "heat": None, "time": 0.4, "cells": {"pad": 140, "rail": 200},
+        "thermal_cells": {}, "remeshes": [remesh], "decisions": ["heat: an error of 45 % > 30 %"],
+    }  # fmt: skip
+    summary["warnings"] = ["friction is <not> known"]
+    path.write_text(json.dumps(summary))
+    _, page = read(path.parent)
+    for said in ("error of stress", "3.21 %", "of rate", "40 %", "cells", "340"):
+        assert said in page.texts, said
+    assert "of heat flux" not in page.texts
+    assert "thermal cells" not in page.texts
+    assert "Warning: friction is <not> known" in page.texts
+    assert "Step 2, t = 0.5 s: heat: an error of 45 % > 30 %" in page.texts
+    assert "Step 2, t = 0.5 s: new mesh of 'pad' for heat, 140 to 456 cells" in page.texts
+
+
 def test_markup_is_kept_and_text_is_escaped():
     assert element("a", {"b": '"<'}, "<", Markup("<i></i>")) == '<a b="&quot;&lt;">&lt;<i></i></a>'
     assert table((), [("<", Markup("<b></b>"))]).count("&lt;") == 1
