@@ -138,6 +138,8 @@ def _run(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> int:
     if options.html:
+        for path in filter(_holds_cases, options.paths):
+            raise CaseError(f"{path}: holds case files; --html takes folders of runs")
         return _pages([folder for path in options.paths for folder in _folders(path)])
     from contactfem.report import report
 
@@ -171,11 +173,16 @@ def _folders(path: Path) -> list[Path]:
     Raises:
         CaseError: there is neither.
     """
+    from contactfem.overrides import nearest
+
     if path.is_dir():
         return [path]
     runs = Path("runs")
     folders = [runs / path.stem, *sorted(runs.glob(f"{glob.escape(path.stem)}-*"))]
     found = [folder for folder in folders if folder.is_dir()]
+    if not found and path.suffix != ".toml":
+        there = [str(folder) for folder in runs.glob("*")]
+        raise CaseError(f"{path}: there is no such folder of a run{nearest(str(path), there)}")
     if not found:
         raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
     return found

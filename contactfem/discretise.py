@@ -25,6 +25,7 @@ from contactfem.forms.energies import (
     neo_hooke_mixed,
 )
 from contactfem.forms.mechanics import Energy
+from contactfem.friction_choice import friction_law
 from contactfem.interface import (
     BodySide,
     InterfaceNodes,
@@ -33,21 +34,13 @@ from contactfem.interface import (
     plane_side,
     polyline_side,
 )
-from contactfem.laws import (
-    Coulomb,
-    FrictionLaw,
-    GivenFriction,
-    Tresca,
-    VariableCoulomb,
-    frictionless,
-)
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshes.data import MeshData
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.numbering import Grip, Prescribed
 from contactfem.rigid import free_rigid_modes
-from contactfem.scene import Condition, Friction, Material, Plane, Polyline
+from contactfem.scene import Condition, Material, Plane, Polyline
 from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import System
 from contactfem.tables import constant
@@ -352,30 +345,6 @@ def _interface(
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
-
-
-def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:
-    """Friction law of an interface of the case.
-
-    Raises:
-        CaseError: A user's law that cannot be loaded.
-    """
-    if friction is not None and functions.is_reference(friction.law):
-        try:
-            function = functions.reference(friction.law).load(case.path.parent)
-            law = GivenFriction(friction.law, function)
-            law.check()
-        except CaseError as error:
-            raise CaseError(f"{case.path}: friction {error}") from None
-        return law
-    if friction is None or friction.coefficient == 0.0:
-        return frictionless
-    if friction.limit is not None:
-        return Tresca(friction.limit)
-    if friction.coefficient_table is not None:
-        table = friction.coefficient_table
-        return VariableCoulomb(table.variable, table.table)
-    return Coulomb(friction.coefficient or 0.0)
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:

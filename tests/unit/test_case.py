@@ -214,8 +214,12 @@ def folder(tmp_path):
 
 def test_files_that_are_no_case_files(folder):
     path = folder / "case.toml"
-    assert complaints(path=folder) == ["is a folder, not a case file"]
+    assert complaints(path=folder) == [
+        f"is a folder, not a case file; give one of its files, such as {path}"
+    ]
     assert complaints(path=folder / "no.toml") == ["there is no such file"]
+    near = f"there is no such file; did you mean '{path}'?"
+    assert complaints(path=folder / "cas.toml") == [near]
     assert complaints(path=path / "x") == ["cannot be read: Not a directory"]
     path.write_bytes(b"title = '\xff'")
     assert complaints(path=path) == ["is not UTF-8 text (byte 9)"]
