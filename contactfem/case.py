@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -297,12 +298,23 @@ def _toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_bytes().decode())
     except FileNotFoundError:
-        raise CaseError(f"{path}: there is no such file") from None
+        raise CaseError(f"{path}: there is no such file{_near(path)}") from None
     except IsADirectoryError:
-        raise CaseError(f"{path}: is a folder, not a case file") from None
+        inside = sorted(path.glob("*.toml"))
+        hint = f"; give one of its files, such as {inside[0]}" if inside else ""
+        raise CaseError(f"{path}: is a folder, not a case file{hint}") from None
     except OSError as error:
         raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise CaseError(f"{path}: is not UTF-8 text (byte {error.start})") from None
     except (ValueError, RecursionError) as error:
         raise CaseError(f"{path}: is not TOML: {str(error).splitlines()[0]}") from None
+
+
+def _near(path: Path) -> str:
+    """Hint at a case file of nearly that name, in its folder or among the cases here."""
+    there = {
+        file.stem: file for file in (*Path("cases").glob("*.toml"), *path.parent.glob("*.toml"))
+    }
+    near = get_close_matches(path.stem, there, n=1)
+    return f"; did you mean '{there[near[0]]}'?" if near else ""
