@@ -3,6 +3,7 @@
 from contactfem import functions
 from contactfem.case import Case
 from contactfem.errors import CaseError
+from contactfem.interface_laws import Friction
 from contactfem.laws import (
     Coulomb,
     FrictionLaw,
@@ -11,7 +12,6 @@ from contactfem.laws import (
     VariableCoulomb,
     frictionless,
 )
-from contactfem.scene import Friction
 
 
 def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:

@@ -16,7 +16,7 @@ PLAIN = """
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
-    meshes model scene element_choice heat_measure measure
+    meshes model interface_laws scene element_choice heat_measure measure
     contradictions heat_links case_links case_errors case friction_choice listing
     gaps rigid boxes nearest shapes location constants facets
     expect facts heat_words plausible check mesh_files key_words case_reference
