@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +45,14 @@ def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function
     return total
 
 
+def _remove_from(directory: Path, name: str, done: int) -> None:
+    """Remove what an earlier run has written of a body after the steps that are done."""
+    for path in directory.glob(f"{name}_from_step_*.bp"):
+        first = path.stem.rpartition("_")[2]
+        if first.isdecimal() and int(first) > done:
+            shutil.rmtree(path)
+
+
 @dataclass(frozen=True)
 class _BodyFile:
     displacement: fem.Function
@@ -52,14 +61,21 @@ class _BodyFile:
 
 
 class FieldWriter:
-    """One .bp directory per body with its displacement and Cauchy stress over time."""
+    """One .bp directory per body with its displacement and Cauchy stress over time.
 
-    def __init__(self, directory: Path, displacements: Mapping[str, fem.Function]) -> None:
+    Such a directory cannot be opened again to go on in it: a resumed run writes another one, BODY
+    and the number of its first step, "block_from_step_13.bp".
+    """
+
+    def __init__(
+        self, directory: Path, displacements: Mapping[str, fem.Function], done: int = 0
+    ) -> None:
         """Open the files, on all ranks together.
 
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
+            done: steps that a resumed run has behind it.
 
         Raises:
             CaseError: if this dolfinx was built without ADIOS2, which writes them.
@@ -67,9 +83,16 @@ class FieldWriter:
         if not dolfinx.has_adios2:
             raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
         self._sources = dict(displacements)
-        self._files = {name: self._open(directory, name, u) for name, u in self._sources.items()}
+        self._files = {}
+        for name, u in self._sources.items():
+            comm = u.function_space.mesh.comm
+            if comm.rank == 0:
+                _remove_from(directory, name, done)
+            comm.barrier()
+            path = directory / (f"{name}_from_step_{done + 1}.bp" if done else f"{name}.bp")
+            self._files[name] = self._open(path, u)
 
-    def _open(self, directory: Path, name: str, u: fem.Function) -> _BodyFile:
+    def _open(self, path: Path, u: fem.Function) -> _BodyFile:
         from dolfinx.io import VTXWriter  # not there without ADIOS2
 
         mesh = u.function_space.mesh
@@ -77,7 +100,6 @@ class FieldWriter:
         displacement = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, shape)))
         stress = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (STRESSES,))))
         displacement.name, stress.name = "displacement", "stress"
-        path = directory / f"{name}.bp"
         writer = VTXWriter(mesh.comm, path, [displacement, stress], engine="BP4")
         return _BodyFile(displacement, stress, writer)
 

@@ -10,12 +10,14 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
+from contactfem.checkpoint import NAME, PREVIOUS
+from contactfem.errors import CaseError
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
 from contactfem.results import InterfaceTable, RunResult, Status, StepReport
@@ -60,8 +62,12 @@ def write_whole(path: Path, text: str) -> None:
         OSError: if it cannot be written.
     """
     draft = path.with_name(f".{path.name}.part")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def _cell(value: object) -> str:
@@ -170,30 +176,60 @@ def summarise(
 class OutputWriter:
     """Writes the files of one run; made and called on rank 0 only."""
 
-    def __init__(self, directory: Path, case: Case, command: str) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        case: Case,
+        command: str,
+        steps: Sequence[StepReport] | None = None,
+    ) -> None:
         """Make the directory and clear it of what an earlier run would leave to confuse.
 
         Args:
             directory: where the files go; made if it is missing.
             case: the case that is run.
             command: the command that repeats the run.
+            steps: those that a resumed run has behind it, after which its history goes on; None for
+                a new run.
 
         Raises:
-            OSError: if the directory cannot be made or written to.
+            CaseError: if the directory cannot be made or written to.
         """
         self.directory = Path(directory)
         self.case = case
         self.command = command
-        (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
-        for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
-            for stale in self.directory.glob(pattern):
+        try:
+            (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
+            for stale in self._stale(resumed=steps is not None):
                 stale.unlink()
-        force, energy = case.force_unit, case.force_unit.replace("N", "J")
+            rows = map(self._row, steps or ())
+            write_whole(self.directory / HISTORY, _csv(self._header(), rows))
+        except OSError as error:
+            raise CaseError(f"{directory}: cannot be written to: {error.strerror}") from None
+
+    def _stale(self, resumed: bool) -> Iterator[Path]:
+        """Files of an earlier run that this one will not write again, or not before its end."""
+        for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
+            for path in self.directory.glob(pattern):
+                if not (resumed and "_t=" in path.name):
+                    yield path
+        for name in () if resumed else (NAME, PREVIOUS):
+            yield from self.directory.glob(name)
+
+    def _header(self) -> list[str]:
+        force, energy = self.case.force_unit, self.case.force_unit.replace("N", "J")
         columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
         header = [*columns.values(), "residual"]
-        for name in case.interfaces:
+        for name in self.case.interfaces:
             header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
-        write_whole(self.directory / HISTORY, _csv(header, ()))
+        return header
+
+    def _row(self, report: StepReport) -> list[object]:
+        row = [getattr(report, name) for name in STEP_COLUMNS]
+        row.append(report.residuals[-1] if report.residuals else math.nan)
+        for name in self.case.interfaces:
+            row += report.forces[name]
+        return row
 
     def step(self, report: StepReport) -> None:
         """Add the row of an accepted step to the history, at once, so that it can be followed.
@@ -201,12 +237,8 @@ class OutputWriter:
         Args:
             report: the step.
         """
-        row = [getattr(report, name) for name in STEP_COLUMNS]
-        row.append(report.residuals[-1] if report.residuals else math.nan)
-        for name in self.case.interfaces:
-            row += report.forces[name]
         with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
-            file.write(",".join(_cell(value) for value in row) + "\n")
+            file.write(",".join(map(_cell, self._row(report))) + "\n")
 
     def interfaces(self, tables: Iterable[InterfaceTable], t: float | None = None) -> None:
         """Write the nodes of the interfaces.

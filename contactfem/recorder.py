@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -9,7 +11,9 @@ from typing import TYPE_CHECKING, Self
 from mpi4py import MPI
 
 from contactfem.case import Case
+from contactfem.checkpoint import Progress
 from contactfem.discretise import Discretisation
+from contactfem.errors import WriteError
 from contactfem.gathering import interface_tables
 from contactfem.results import RunResult, StepReport
 from contactfem.state import State
@@ -31,6 +35,7 @@ class Recorder:
         discretisation: Bodies and interfaces.
         timers: Where time is booked.
         command: The command that repeats the run.
+        resumed: How far the run had come, if it is not a new one.
     """
 
     def __init__(
@@ -41,9 +46,12 @@ class Recorder:
         discretisation: Discretisation,
         timers: Timers,
         command: str,
+        resumed: Progress | None,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
-        self._times = list(case.output.times)
+        reached, steps = (0.0, None) if resumed is None else (resumed.t, resumed.reports)
+        self._times = [t for t in case.output.times if not _reached(t, reached)]
+        self._out = out
         self._fields: FieldWriter | None = None
         self._writer: OutputWriter | None = None
         self._voice: Reporter | None = None
@@ -54,7 +62,7 @@ class Recorder:
                 from contactfem.output import OutputWriter
                 from contactfem.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command)
+                self._writer = OutputWriter(out, case, command, steps)
                 self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
                 from contactfem.fields import FieldWriter
@@ -63,7 +71,7 @@ class Recorder:
                 displacements = {
                     name: body.displacement for name, body in discretisation.bodies.items()
                 }
-                self._fields = FieldWriter(out, displacements)
+                self._fields = FieldWriter(out, displacements, len(steps or ()))
 
     def __enter__(self) -> Self:
         """Open for the time of a run."""
@@ -84,13 +92,17 @@ class Recorder:
             self._fields.close()
 
     def step(self, report: StepReport, state: State) -> None:
-        """Record an accepted step; collective."""
-        with self._timers.book("output"):
+        """Record an accepted step; collective.
+
+        Raises:
+            WriteError: That cannot be done, on the first rank.
+        """
+        with self._timers.book("output"), self._writing():
             if self._writer is not None:
                 self._writer.step(report)
             if self._voice is not None:
                 self._voice.step(report)
-            if self._times and report.t >= self._times[0] * (1.0 - 1e-12):
+            if self._times and _reached(self._times[0], report.t):
                 self._times.pop(0)
                 tables = interface_tables(self._discretisation, state)
                 if self._writer is not None:
@@ -106,7 +118,31 @@ class Recorder:
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 
+    def trouble(self, text: str) -> None:
+        """Say what went wrong though the run goes on, if anything did."""
+        if self._voice is not None and text:
+            self._voice.say(text)
+
     def finish(self, result: RunResult) -> None:
-        """Write the end of the run, on the first rank."""
+        """Write the end of the run, on the first rank.
+
+        Raises:
+            WriteError: That cannot be done.
+        """
         if self._writer is not None:
-            self._writer.finish(result)
+            with self._writing():
+                self._writer.finish(result)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say in one line that there is no room or no permission left."""
+        try:
+            yield
+        except OSError as error:
+            place = error.filename or self._out
+            raise WriteError(f"{place}: cannot be written: {error.strerror}") from None
+
+
+def _reached(time: float, t: float) -> bool:
+    """Whether a time is reached at t, but for round-off."""
+    return t >= time * (1.0 - 1e-12)

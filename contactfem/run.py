@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,16 +13,20 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case import Case
+from contactfem.checkpoint import Checkpoint, Origin, Progress
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
 from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
+from contactfem.jit_cache import compiling
+from contactfem.keeper import Keeper
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
 from contactfem.results import RunResult, StepReport
 from contactfem.scene import Condition
+from contactfem.snapshot import meshes, restored
 from contactfem.state import initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
@@ -38,22 +42,34 @@ FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contac
 
 @dataclass(frozen=True)
 class Invocation:
-    """How a run was started: the command that repeats it, and what imports took before it [s]."""
+    """How a run was started.
+
+    Attributes:
+        command: The command that repeats it.
+        import_seconds: What imports took before it [s].
+        asked: Whether this process is asked to stop.
+    """
 
     command: str
     import_seconds: float
+    asked: Callable[[], bool] = bool
 
 
 def run_case(
-    case: Case, comm: MPI.Comm, out: Path | None, invocation: Invocation | None = None
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation | None = None,
+    resumed: Checkpoint | None = None,
 ) -> RunResult:
-    """Solve a case from time zero to its end; collective.
+    """Solve a case from time zero, or from a checkpoint, to its end; collective.
 
     Args:
         case: The case.
         comm: All ranks.
         out: Folder for the results, None to write nothing.
         invocation: How it was started, from the command line.
+        resumed: Where to go on from; its state only counts on the first rank.
 
     Returns:
         The results; pictures and probes on the first rank only. If the solver gave up they are
@@ -61,20 +77,41 @@ def run_case(
 
     Raises:
         CaseError: The case does not fit its meshes.
+        Interrupted: The run was asked to stop, and its state is written.
+        WriteError: Results cannot be written.
     """
     invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
-    start = time.perf_counter() - invocation.import_seconds
+    before = dict(resumed.seconds) if resumed is not None else {}
+    start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
     timers = Timers()
-    timers.add("import", invocation.import_seconds)
-    discretisation = discretise(case, comm, timers)
-    solver = _solver(case, discretisation, timers) if case.mechanics else None
-    with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
-        loop = _Loop(case, discretisation, solver, recorder)
-        message = loop.run()
-        timers.add("total", time.perf_counter() - start)
-        result = _result(case, discretisation, loop, timers, message)
-        recorder.finish(result)
+    for phase, seconds in (before | {"import": invocation.import_seconds}).items():
+        timers.add(phase, seconds)
+    with compiling(comm):
+        given = meshes(resumed.state) if resumed is not None else None
+        discretisation = discretise(case, comm, timers, given)
+        solver = _solver(case, discretisation, timers) if case.mechanics else None
+        progress = _progress(case, resumed)
+        origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
+        keeper = Keeper(case, comm, out, origin, timers, start, invocation.asked)
+        behind = None if resumed is None else progress
+        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, behind)
+        with recorder:
+            loop = _Loop(case, discretisation, solver, recorder, keeper, progress)
+            if resumed is not None:
+                loop.state = restored(discretisation, resumed.state, progress.ramp_end)
+            message = loop.run()
+            timers.add("total", time.perf_counter() - start)
+            result = _result(case, discretisation, loop, timers, message)
+            recorder.finish(result)
     return result
+
+
+def _progress(case: Case, resumed: Checkpoint | None) -> Progress:
+    """Where the steps begin, with a step that is allowed now."""
+    if resumed is None:
+        return Progress(case.time.step, case.time.step)
+    progress = resumed.progress
+    return replace(progress, dt=min(progress.dt, case.time.step_max))
 
 
 def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> NewtonSolver:
@@ -97,18 +134,19 @@ class _Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
+        keeper: Keeper,
+        progress: Progress,
     ) -> None:
         self.case, self.discretisation = case, discretisation
-        self.solver, self.recorder = solver, recorder
+        self.solver, self.recorder, self.keeper = solver, recorder, keeper
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
-        self.ramp_end = case.time.step
+        self.dt, self.easy, self.ramp_end = progress.dt, list(progress.easy), progress.ramp_end
+        self.reports, self.reactions = list(progress.reports), list(progress.reactions)
         self.state = initial_state(discretisation, self.ramp_end)
-        self.reports: list[StepReport] = []
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
         self.stops = _stops(case)
-        self.reactions: list[float] = []
         self.alone = frozenset(
             k
             for k, interface in enumerate(discretisation.interfaces)
@@ -117,12 +155,11 @@ class _Loop:
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
-        dt = self.case.time.step
-        easy: list[int] = []
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
-            begun, cutbacks = time.perf_counter(), 0
+            begun, cutbacks, progress = time.perf_counter(), 0, self.progress()
             while True:
-                step = clipped(self.state.t, dt, self.stops)
+                self.recorder.trouble(self.keeper.visit(self.discretisation, self.state, progress))
+                step = clipped(self.state.t, self.dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
                 if solved.converged:
                     break
@@ -130,18 +167,30 @@ class _Loop:
                 reason = self._why(solved)
                 decision = after_failure(step, cutbacks, self.limits)
                 if isinstance(decision, GiveUp):
-                    return (
-                        f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
-                        f"{reason}; {decision.reason}. The last good state, "
-                        f"t = {self.state.t:g} s, is written"
-                    )
+                    return self._give_up(step, f"{reason}; {decision.reason}", progress)
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
-                dt, cutbacks, easy = decision.dt, cutbacks + 1, []
+                self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
             report = self._accept(step, solved, heat, cutbacks, time.perf_counter() - begun)
-            easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits)
-            dt, easy = grown, easy if grown == dt else []
+            self.easy.append(report.iterations)
+            grown = after_success(self.dt, self.easy, self.limits)
+            self.dt, self.easy = grown, self.easy if grown == self.dt else []
+        end = self.keeper.finish(self.discretisation, self.state, self.progress())
+        self.recorder.trouble(end)
         return ""
+
+    def progress(self) -> Progress:
+        """How far the run has come, to be resumed from."""
+        return Progress(
+            self.dt, self.ramp_end, tuple(self.easy), tuple(self.reports), tuple(self.reactions)
+        )
+
+    def _give_up(self, step: float, reason: str, progress: Progress) -> str:
+        """Write the last good state, and say why there is no other."""
+        trouble = self.keeper.write(self.discretisation, self.state, progress)
+        return (
+            f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: {reason}. "
+            f"The last good state is that at t = {self.state.t:g} s{trouble and '; '}{trouble}"
+        )
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -209,7 +258,9 @@ class _Loop:
         self.reactions = self.solver.reactions() if self.solver is not None else []
         warmed = None
         if self.heat is not None and heat is not None:
-            warmed = self.heat.record.step(heat, self.state.theta)
+            warmed, self.state.increments = self.heat.record.step(
+                heat, self.state.theta, self.state.increments
+            )
             self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
         report = StepReport(

@@ -10,6 +10,7 @@ import numpy as np
 
 from contactfem.contact import Conditions, History
 from contactfem.discretise import Discretisation
+from contactfem.ringing import Increments
 from contactfem.surfaces import Floats
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class State:
         theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
         thermal_u: Displacements on the thermal meshes, likewise [m].
         exchanges: Heat through the interfaces in the last step; empty before the first.
+        increments: Of the temperatures in the last steps, by which ringing is found.
     """
 
     t: float
@@ -41,6 +43,7 @@ class State:
     theta: list[Floats] = field(default_factory=list)
     thermal_u: list[Floats] = field(default_factory=list)
     exchanges: tuple[HeatExchange, ...] = ()
+    increments: Increments = field(default_factory=Increments)
 
     def restore(self, discretisation: Discretisation) -> None:
         """Put unknowns and displacements back to those of this state."""

@@ -19,17 +19,19 @@ PLAIN = """
     meshes model scene element_choice measure contradictions heat_links case_links case_errors case
     listing
     gaps rigid boxes nearest shapes location
+    archive checkpoint
     expect check mesh_files
-    charts interface_figure magnification pictures figures output report terminal
+    charts interface_figure magnification pictures figures output report terminal resume stop
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer
+    compat jit_cache meshing blocks transfer
     surfaces segments mortar
     contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
     newton
     heat heat_interface heat_matrix heat_system thermal
-    discretise_heat fields discretise diagnosis state staggered heat_record gathering recorder run
+    discretise_heat fields discretise diagnosis state staggered heat_record gathering recorder
+    packing snapshot keeper run
     suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()

@@ -1,0 +1,114 @@
+"""When a run writes its state, and when it stops because it is asked to; the same on all ranks."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from mpi4py import MPI
+
+from contactfem.case import Case
+from contactfem.checkpoint import NAME, Checkpoint, Origin, Progress, write_checkpoint
+from contactfem.discretise import Discretisation
+from contactfem.errors import Interrupted, WriteError
+from contactfem.snapshot import snapshot
+from contactfem.state import State
+from contactfem.timers import Timers
+
+
+class Keeper:
+    """Writes checkpoints of a run: by steps or by the clock, before it is stopped, when it gives up.
+
+    Args:
+        case: The case, which says how often.
+        comm: All ranks.
+        folder: Of the run; None to write nothing.
+        origin: What the run was started with.
+        timers: Time spent so far, but for the total.
+        started: When the run was started or would have been, had it not been resumed [s].
+        asked: Whether this rank is asked to stop.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        comm: MPI.Comm,
+        folder: Path | None,
+        origin: Origin,
+        timers: Timers,
+        started: float,
+        asked: Callable[[], bool],
+    ) -> None:
+        self._comm, self._folder, self._origin = comm, folder, origin
+        self._timers, self._started, self._asked = timers, started, asked
+        self._every, self._interval = case.output.checkpoint_every, case.output.checkpoint_interval
+        self._step, self._written = -1, time.monotonic()
+        self._any = False
+
+    def visit(
+        self, discretisation: Discretisation, state: State, progress: Progress
+    ) -> str:
+        """Write a checkpoint where one is due, before a step is tried; collective.
+
+        Args:
+            discretisation: Meshes of the run.
+            state: Its last good state.
+            progress: How far it has come; where a step is tried again, as before the first try.
+
+        Returns:
+            Why a checkpoint that was due is not written; empty if all is well.
+
+        Raises:
+            Interrupted: The run is asked to stop, and its state is written.
+            WriteError: It is asked to stop, and its state cannot be written.
+        """
+        if self._folder is None:
+            return ""
+        wishes = np.array((self._asked(), self._is_due(len(progress.reports))), np.int32)
+        self._comm.Allreduce(MPI.IN_PLACE, wishes, MPI.MAX)
+        stop, due = wishes
+        trouble = self.write(discretisation, state, progress) if stop or due else ""
+        if not stop:
+            return trouble
+        where = f"stopped after step {len(progress.reports)}, t = {state.t:g} s"
+        if trouble:
+            raise WriteError(f"{self._folder}: {where}; {trouble}")
+        raise Interrupted(
+            f"{self._folder}: {where}; 'contactfem resume {self._folder}' continues from there"
+        )
+
+    def finish(self, discretisation: Discretisation, state: State, progress: Progress) -> str:
+        """Write the end of a run that has written checkpoints before, so that it can be extended.
+
+        Collective; arguments and result as for `visit`.
+        """
+        return self.write(discretisation, state, progress) if self._any else ""
+
+    def write(self, discretisation: Discretisation, state: State, progress: Progress) -> str:
+        """Write a checkpoint now; collective. Arguments and result as for `visit`."""
+        if self._folder is None:
+            return ""
+        with self._timers.book("output"):
+            arrays = snapshot(discretisation, state)
+            trouble = ""
+            if self._comm.rank == 0:
+                seconds = self._timers.seconds | {"total": time.perf_counter() - self._started}
+                checkpoint = Checkpoint(self._origin, progress, seconds, arrays)
+                try:
+                    write_checkpoint(self._folder, checkpoint)
+                except OSError as error:
+                    trouble = f"{self._folder / NAME}: not written: {error.strerror}"
+            self._step, self._written, self._any = len(progress.reports), time.monotonic(), True
+            return str(self._comm.bcast(trouble))
+
+    def _is_due(self, step: int) -> bool:
+        """Whether it is time for a checkpoint; the clock that counts is the first rank's."""
+        if self._step < 0:
+            self._step = step  # where the run starts nothing is lost
+        if step == self._step:
+            return False
+        if self._every is not None and step - self._step >= self._every:
+            return True
+        late = time.monotonic() - self._written >= self._interval
+        return self._comm.rank == 0 and late
