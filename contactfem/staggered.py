@@ -122,7 +122,9 @@ class Staggered:
         largest = max(float(np.abs(d).max(initial=0.0)) for d in difference)
         top = max(float(values.max(initial=-np.inf)) for values in theta)
         bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
-        largest, top, bottom = comm.allreduce(np.array((largest, top, bottom)), MPI.MAX)
+        found = np.array((largest, top, bottom))
+        comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        largest, top, bottom = found
         span = top + bottom
         return float(largest / span) if span > 0.0 else float(largest)
 
