@@ -15,11 +15,12 @@ from contactfem.model import Flag, Model, Name, NonNegative
 from contactfem.overrides import override, with_variant
 from contactfem.references import CLOSED_FORMS, closed_form
 from contactfem.scene import Body, Condition, Interface, Material, Obstacle, Probe
-from contactfem.units import Duration, Number, read_quantity
+from contactfem.units import Duration, Length, Number, read_quantity
 
 PositiveTime = Annotated[Duration, Field(gt=0)]
 Fraction = Annotated[float, Field(strict=True, gt=0, lt=1)]
 Count = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
+Ratio = Annotated[Number, Field(gt=0, lt=1)]
 STEPS = 1024.0  # the smallest step, unless given, is this many times smaller than the first
 
 
@@ -74,6 +75,45 @@ class Heat(Model):
     relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = "aitken"
     thermoelastic: Flag = False
     petsc: dict[str, str] = {}
+
+
+class Adaptivity(Model):
+    """Meshes and steps that follow from the error asked for, as ratios of norms such as "5 %".
+
+    `tolerance` stands for all three that are not given: `mechanics`, `heat` and `time`; the latter
+    two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
+    `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
+    extent, and that over 256.
+    """
+
+    tolerance: Ratio | None = None
+    mechanics: Ratio | None = None
+    heat: Ratio | None = None
+    time: Ratio | None = None
+    bodies: tuple[Name, ...] | None = None
+    size_min: Annotated[Length, Field(gt=0)] | None = None
+    size_max: Annotated[Length, Field(gt=0)] | None = None
+    growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
+    max_cells: Annotated[Count, Field(ge=10)] = 200_000
+    max_remeshes: Count = 3
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        if not any((self.tolerance, self.mechanics, self.heat, self.time)):
+            raise ValueError("give a tolerance, or one for mechanics, heat or time")
+        return self
+
+    def for_mechanics(self) -> float | None:
+        """Tolerance of the stress, None to leave the meshes of mechanics."""
+        return self.mechanics or self.tolerance
+
+    def for_heat(self) -> float | None:
+        """Tolerance of the heat flux, None to leave the thermal meshes."""
+        return self.heat or self.tolerance
+
+    def for_time(self) -> float | None:
+        """Tolerance of the rate of temperature, None to leave the steps."""
+        return self.time or self.tolerance
 
 
 class Output(Model):
@@ -164,6 +204,7 @@ class Case(Model):
     interfaces: dict[Name, Interface] = {}
     mechanics: Flag = True
     heat: Heat | None = None
+    adaptivity: Adaptivity | None = None
     conditions: tuple[Condition, ...] = ()
     probes: dict[Name, Probe] = {}
     closed_form: dict[Name, ClosedForm] = {}
@@ -174,7 +215,7 @@ class Case(Model):
     path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
     contents: SkipJsonSchema[dict[str, Any]] = Field(default={}, exclude=True, repr=False)
 
-    @field_validator("heat", mode="before")
+    @field_validator("heat", "adaptivity", mode="before")
     @classmethod
     def _off(cls, value: object) -> object:
         return None if value is False else value

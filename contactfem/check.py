@@ -10,6 +10,7 @@ from contactfem.element_choice import describe_element
 from contactfem.engineering import engineering
 from contactfem.errors import CaseError, MeshError
 from contactfem.gaps import obstacle_gap, surface_gap
+from contactfem.heat_words import heat_words
 from contactfem.listing import listing
 from contactfem.meshes import MeshFile
 from contactfem.overrides import nearest
@@ -110,7 +111,8 @@ def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
 
 def _scene(case: Case) -> Iterator[tuple[str, str]]:
     strain = "small strain" if case.strain == "small" else "finite strain"
-    yield "mechanics", f"{case.dimension}, {strain}, without inertia"
+    motion = f"{strain}, without inertia" if case.mechanics else "bodies do not move (heat alone)"
+    yield "mechanics", f"{case.dimension}, {motion}"
     count = len(case.interfaces)
     yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
     if case.interfaces:
@@ -121,19 +123,7 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
         if sides.friction is not None
     ]
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
-    warm = [name for name, body in case.bodies.items() if any(body.temperature.values)]
-    given = f"; temperature given in {', '.join(warm)}" if warm else ""
-    yield "heat", f"off{given}"
-    unused = sorted(
-        {
-            key
-            for material in case.materials.values()
-            for key in ("density", "conductivity", "heat_capacity", "reference_temperature")
-            if getattr(material, key) is not None
-        }
-    )
-    if unused:
-        yield "not used", ", ".join(unused)
+    yield from heat_words(case)
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
     yield "expected", f"{len(case.expect)} numbers" if case.expect else "nothing"
     if case.variants:

@@ -12,6 +12,7 @@ from contactfem import __version__
 from contactfem.archive import Tree, read_archive, write_archive
 from contactfem.errors import CheckpointError
 from contactfem.results import StepReport
+from contactfem.verdicts import Experience
 
 FORMAT = 1  # of the arrays and the head; another one cannot be read
 NAME, PREVIOUS = "checkpoint.npz", "checkpoint.previous.npz"
@@ -27,6 +28,9 @@ class Progress:
         easy: Newton iterations of the last solves with this step.
         reports: Accepted steps.
         reactions: Force of each held surface or grip after the last one [N/m].
+        segment: Number of the present field files.
+        pending: Whether the last step is not recorded yet, as it may be taken again.
+        experience: What adaptivity remembers of earlier steps; None without it.
     """
 
     dt: float
@@ -34,11 +38,19 @@ class Progress:
     easy: tuple[int, ...] = ()
     reports: tuple[StepReport, ...] = ()
     reactions: tuple[float, ...] = ()
+    segment: int = 0
+    pending: bool = False
+    experience: Experience | None = None
 
     @property
     def t(self) -> float:
         """Time reached [s]."""
         return self.reports[-1].t if self.reports else 0.0
+
+    @property
+    def recorded(self) -> tuple[StepReport, ...]:
+        """Steps whose results are written."""
+        return self.reports[:-1] if self.pending else self.reports
 
 
 @dataclass(frozen=True)

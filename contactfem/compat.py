@@ -55,21 +55,22 @@ def assemble_into(A: PETSc.Mat, form: fem.Form) -> None:
     _assemble_matrix(A, form._cpp_object, constants, coefficients, [], True)
 
 
-def cell_values(mesh: Mesh, expression: ufl.core.expr.Expr) -> npt.NDArray[np.float64]:
-    """Values of an expression at the midpoints of all local cells.
+class CellExpression:
+    """An expression at the midpoints of all local cells, compiled once.
 
     Args:
         mesh: the mesh.
         expression: scalar or vector expression.
-
-    Returns:
-        (cells, components).
     """
-    midpoint = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
-    compiled = fem.Expression(expression, midpoint)
-    tdim = mesh.topology.dim
-    cells = mesh.topology.index_map(tdim)
-    n = cells.size_local + cells.num_ghosts
-    values = compiled.eval(mesh, np.arange(n, dtype=np.int32))
-    # also on a rank without cells
-    return np.asarray(values).reshape(n, int(np.prod(expression.ufl_shape)))
+
+    def __init__(self, mesh: Mesh, expression: ufl.core.expr.Expr) -> None:
+        midpoint = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
+        self._mesh, self._compiled = mesh, fem.Expression(expression, midpoint)
+        self._components = int(np.prod(expression.ufl_shape))
+
+    def values(self) -> npt.NDArray[np.float64]:
+        """Values with the present coefficients, (cells, components)."""
+        cells = self._mesh.topology.index_map(self._mesh.topology.dim)
+        n = cells.size_local + cells.num_ghosts
+        found = self._compiled.eval(self._mesh, np.arange(n, dtype=np.int32))
+        return np.asarray(found).reshape(n, self._components)  # also on a rank without cells

@@ -73,6 +73,7 @@ PLAIN = {
     "min": Unit(60.0, (0, 0, 1, 0)),
     "h": Unit(3600.0, (0, 0, 1, 0)),
     "rad": Unit(1.0),
+    "%": Unit(1e-2),
 }
 PREFIXES = {
     "n": 1e-9,
@@ -104,6 +105,8 @@ DIMENSIONS = {
     "m/s": "velocity",
     "m^2": "area",
     "J": "energy",
+    "W/m^2": "heat flux",
+    "W/m^3": "heat source",
     "W/m^2/K": "conductance",
 }
 

@@ -37,6 +37,13 @@ _STEPS: dict[str, tuple[tuple[float, Scale], ...]] = {
     "N": ((0.0, Scale("N", 1.0)), (1e4, Scale("kN", 1e3)), (1e7, Scale("MN", 1e6))),
     "J": ((0.0, Scale("mJ", 1e-3)), (1.0, Scale("J", 1.0)), (1e4, Scale("kJ", 1e3))),
     "J/m": ((0.0, Scale("mJ/m", 1e-3)), (1.0, Scale("J/m", 1.0)), (1e4, Scale("kJ/m", 1e3))),
+    "W": ((0.0, Scale("mW", 1e-3)), (1.0, Scale("W", 1.0)), (1e4, Scale("kW", 1e3))),
+    "W/m": ((0.0, Scale("mW/m", 1e-3)), (1.0, Scale("W/m", 1.0)), (1e4, Scale("kW/m", 1e3))),
+    "W/m^2": (
+        (0.0, Scale("W/m²", 1.0)),
+        (1e3, Scale("kW/m²", 1e3)),
+        (1e6, Scale("MW/m²", 1e6)),
+    ),
     "s": ((0.0, Scale("µs", 1e-6)), (1e-4, Scale("ms", 1e-3)), (0.1, Scale("s", 1.0))),
 }
 

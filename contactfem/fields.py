@@ -1,9 +1,8 @@
-"""Displacement and stress of every body for ParaView, written by all ranks together."""
+"""Fields of every body for ParaView, written by all ranks together."""
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +16,8 @@ from contactfem.results import FloatArray
 
 if TYPE_CHECKING:
     from dolfinx.io import VTXWriter
+
+    from contactfem.heat import HeatBody
 
 STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
 
@@ -45,14 +46,6 @@ def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function
     return total
 
 
-def _remove_from(directory: Path, name: str, done: int) -> None:
-    """Remove what an earlier run has written of a body after the steps that are done."""
-    for path in directory.glob(f"{name}_from_step_*.bp"):
-        first = path.stem.rpartition("_")[2]
-        if first.isdecimal() and int(first) > done:
-            shutil.rmtree(path)
-
-
 @dataclass(frozen=True)
 class _BodyFile:
     displacement: fem.Function
@@ -61,21 +54,17 @@ class _BodyFile:
 
 
 class FieldWriter:
-    """One .bp directory per body with its displacement and Cauchy stress over time.
-
-    Such a directory cannot be opened again to go on in it: a resumed run writes another one, BODY
-    and the number of its first step, "block_from_step_13.bp".
-    """
+    """One .bp directory per body with its displacement and Cauchy stress over time."""
 
     def __init__(
-        self, directory: Path, displacements: Mapping[str, fem.Function], done: int = 0
+        self, directory: Path, displacements: Mapping[str, fem.Function], suffix: str = ""
     ) -> None:
         """Open the files, on all ranks together.
 
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
-            done: steps that a resumed run has behind it.
+            suffix: of the file names, for the meshes after the first ones.
 
         Raises:
             CaseError: if this dolfinx was built without ADIOS2, which writes them.
@@ -83,14 +72,10 @@ class FieldWriter:
         if not dolfinx.has_adios2:
             raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
         self._sources = dict(displacements)
-        self._files = {}
-        for name, u in self._sources.items():
-            comm = u.function_space.mesh.comm
-            if comm.rank == 0:
-                _remove_from(directory, name, done)
-            comm.barrier()
-            path = directory / (f"{name}_from_step_{done + 1}.bp" if done else f"{name}.bp")
-            self._files[name] = self._open(path, u)
+        self._files = {
+            name: self._open(directory / f"{name}{suffix}.bp", u)
+            for name, u in self._sources.items()
+        }
 
     def _open(self, path: Path, u: fem.Function) -> _BodyFile:
         from dolfinx.io import VTXWriter  # not there without ADIOS2
@@ -120,4 +105,52 @@ class FieldWriter:
     def close(self) -> None:
         """Close the files, on all ranks together."""
         for file in self._files.values():
+            file.writer.close()
+
+
+@dataclass(frozen=True)
+class _HeatFile:
+    body: HeatBody
+    flux: fem.Function
+    writer: VTXWriter
+
+
+class HeatFieldWriter:
+    """One .bp directory per body with temperature, heat flux and displacement over time."""
+
+    def __init__(self, directory: Path, bodies: Sequence[HeatBody], suffix: str = "") -> None:
+        """Open the files, on all ranks together.
+
+        Args:
+            directory: where they go; it exists.
+            bodies: the heat problems.
+            suffix: of the file names, for the meshes after the first ones.
+        """
+        self._files = [
+            self._open(directory / f"{body.name}_heat{suffix}.bp", body) for body in bodies
+        ]
+
+    def _open(self, path: Path, body: HeatBody) -> _HeatFile:
+        from dolfinx.io import VTXWriter  # not there without ADIOS2
+
+        domain = body.mesh.mesh
+        flux = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
+        flux.name, body.theta.name, body.u.name = "heat_flux", "temperature", "displacement"
+        writer = VTXWriter(domain.comm, path, [body.theta, flux, body.u], engine="BP4")
+        return _HeatFile(body, flux, writer)
+
+    def write(self, t: float) -> None:
+        """Add a time to every file, on all ranks together.
+
+        Args:
+            t: the time [s].
+        """
+        for file in self._files:
+            average = nodal_average(file.flux.function_space, file.body.cell_flux())
+            file.flux.x.array[:] = average.x.array
+            file.writer.write(t)
+
+    def close(self) -> None:
+        """Close the files, on all ranks together."""
+        for file in self._files:
             file.writer.close()

@@ -21,8 +21,9 @@ from contactfem.charts import (
     stacked,
 )
 from contactfem.engineering import scale_for
+from contactfem.heat_figure import draw_heat_history
 from contactfem.interface_figure import draw_interface
-from contactfem.pictures import draw_stress
+from contactfem.pictures import draw_heat_flux, draw_stress, draw_temperature
 from contactfem.results import RunResult, StepReport
 
 if TYPE_CHECKING:
@@ -160,6 +161,11 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
         rubs = any(side.friction is not None for side in result.case.interfaces.values())
         for component in ("yy", "xy") if rubs else ("yy",):
             paths.append(draw_stress(result, component, directory / f"stress_{component}.png"))
+    if result.heat and all(body.points.shape[1] == 2 for body in result.heat):
+        paths.append(draw_temperature(result, directory / "temperature.png"))
+        paths.append(draw_heat_flux(result, directory / "heat_flux.png"))
+        if len(result.steps) > 1:
+            paths.append(draw_heat_history(result, directory / "heat.png"))
     if len(result.steps) > 1 and result.interfaces:
         paths.append(draw_history(result, directory / "history.png"))
     if any(len(step.residuals) > 1 for step in result.steps):

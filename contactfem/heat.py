@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import basix.ufl
 import numpy as np
@@ -14,7 +14,7 @@ from ufl.core.expr import Expr
 
 from petsc4py import PETSc
 
-from contactfem.compat import assemble_into, cell_values
+from contactfem.compat import CellExpression, assemble_into
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.meshing import BodyMesh, dofs_at_vertices
@@ -158,8 +158,12 @@ class HeatBody:
 
     def cell_flux(self) -> Floats:
         """Heat flux at the cells' midpoints, owned and ghost, (cells, dim) [W/m²]."""
+        return self._flux.values()
+
+    @cached_property
+    def _flux(self) -> CellExpression:
         k = fem.Constant(self.mesh.mesh, self.law.conductivity)
-        return cell_values(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F))
+        return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F))
 
 
 class _Forms:

@@ -52,6 +52,7 @@ class InterfaceNodes:
         basis: Basis = "dual",
     ) -> None:
         self.comm = system.comm
+        self.nonmortar = nonmortar
         self._rigid = mortar if isinstance(mortar, RigidSide) else None
         first, second = (
             nonmortar.surface,

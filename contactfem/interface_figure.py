@@ -165,6 +165,25 @@ def _paint_motion(axes: Axes, strip: _Strip) -> None:
         _paint_length(right, strip, "slip", strip.table.slip, RED)
 
 
+def _paint_heat(axes: Axes, strip: _Strip) -> None:
+    """Draw temperatures of both sides and, to its own scale on the right, the conducted heat."""
+    heat = strip.table.heat
+    assert heat is not None
+    axes.plot(strip.s, heat.temperature, color=RED, label="nonmortar")
+    axes.plot(strip.s, heat.mortar_temperature, "--", color=RED, label="mortar")
+    axes.set_ylabel(quantity_label("temperature", "K"), color=RED)
+    axes.legend(loc="best", fontsize=7.5)
+    unit = scale_for(float(np.nanmax(np.abs(heat.flux), initial=0.0)), "W/m^2")
+    right = axes.twinx()
+    right.spines["right"].set_visible(True)
+    flux = heat.flux / unit.factor
+    right.plot(strip.s, flux, color=GREEN)
+    low, high = np.nanmin(flux, initial=0.0), np.nanmax(flux, initial=0.0)
+    pad = 0.1 * (high - low) or 1.0
+    right.set_ylim(low - pad, high + pad)
+    right.set_ylabel(quantity_label("q", unit.label), color=GREEN)
+
+
 def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path:
     """Draw an interface at the end of a run.
 
@@ -177,24 +196,26 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         The path.
     """
     strip = _strip(result, table)
-    rubs = strip.friction is not None
+    rubs, hot = strip.friction is not None, table.heat is not None
 
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch
 
-        top, bottom = stacked(figure, (2.6, 1.0))
+        top, bottom, *warm = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
         _paint_stresses(top, strip, result)
         _paint_motion(bottom, strip)
-        for axes in (top, bottom):
+        for axes in warm:
+            _paint_heat(axes, strip)
+        for axes in (top, bottom, *warm):
             grid(axes)
             _shade(axes, strip)
         top.axhline(0.0, color="#555555", lw=0.8, zorder=1)
         bottom.set_xlim(*strip.window)
-        bottom.set_xlabel(strip.label)
+        (bottom, *warm)[-1].set_xlabel(strip.label)
         top.set_title(f"Interface {table.name}")
         handles, _ = top.get_legend_handles_labels()
         handles += [Patch(color=STICK_SHADE, label="stick" if rubs else "contact")]
         handles += [Patch(color=SLIP_SHADE, label="slip")] if rubs else []
         top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
-    return draw(path, Frame(5.4, 4.0), paint)
+    return draw(path, Frame(5.4, 4.0 + 1.2 * hot, bottom=0.5), paint)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,26 @@ from contactfem.errors import Interrupted, WriteError
 from contactfem.snapshot import snapshot
 from contactfem.state import State
 from contactfem.timers import Timers
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A run between two steps.
+
+    Attributes:
+        discretisation: Its meshes.
+        state: Its last good state.
+        before: The state before that, where the run may go back to it.
+        progress: How far it has come.
+    """
+
+    discretisation: Discretisation
+    state: State
+    before: State | None
+    progress: Progress
+
+
+Writing = Callable[[Moment], str]  # gives why nothing was written; empty if all is well
 
 
 class Keeper:
@@ -43,18 +64,13 @@ class Keeper:
         self._comm, self._folder, self._origin = comm, folder, origin
         self._timers, self._started, self._asked = timers, started, asked
         self._every, self._interval = case.output.checkpoint_every, case.output.checkpoint_interval
-        self._step, self._written = -1, time.monotonic()
-        self._any = False
+        self._step, self._time, self._any = -1, time.monotonic(), False
 
-    def visit(
-        self, discretisation: Discretisation, state: State, progress: Progress
-    ) -> str:
-        """Write a checkpoint where one is due, before a step is tried; collective.
+    def visit(self, moment: Moment) -> str:
+        """Write a checkpoint where one is due, and stop where that is asked for; collective.
 
         Args:
-            discretisation: Meshes of the run.
-            state: Its last good state.
-            progress: How far it has come; where a step is tried again, as before the first try.
+            moment: The run, before its next step.
 
         Returns:
             Why a checkpoint that was due is not written; empty if all is well.
@@ -65,50 +81,49 @@ class Keeper:
         """
         if self._folder is None:
             return ""
-        wishes = np.array((self._asked(), self._is_due(len(progress.reports))), np.int32)
+        step = len(moment.progress.reports)
+        wishes = np.array((self._asked(), self._is_due(step)), np.int32)
         self._comm.Allreduce(MPI.IN_PLACE, wishes, MPI.MAX)
         stop, due = wishes
-        trouble = self.write(discretisation, state, progress) if stop or due else ""
+        trouble = self.write(moment) if stop or due else ""
         if not stop:
             return trouble
-        where = f"stopped after step {len(progress.reports)}, t = {state.t:g} s"
+        where = f"{self._folder}: stopped after step {step}, t = {moment.state.t:g} s"
         if trouble:
-            raise WriteError(f"{self._folder}: {where}; {trouble}")
-        raise Interrupted(
-            f"{self._folder}: {where}; 'contactfem resume {self._folder}' continues from there"
-        )
+            raise WriteError(f"{where}; {trouble}")
+        raise Interrupted(f"{where}; 'contactfem resume {self._folder}' goes on from there")
 
-    def finish(self, discretisation: Discretisation, state: State, progress: Progress) -> str:
+    def finish(self, moment: Moment) -> str:
         """Write the end of a run that has written checkpoints before, so that it can be extended.
 
-        Collective; arguments and result as for `visit`.
+        Collective; argument and result as for `visit`.
         """
-        return self.write(discretisation, state, progress) if self._any else ""
+        return self.write(moment) if self._any else ""
 
-    def write(self, discretisation: Discretisation, state: State, progress: Progress) -> str:
-        """Write a checkpoint now; collective. Arguments and result as for `visit`."""
+    def write(self, moment: Moment) -> str:
+        """Write a checkpoint now; collective. Argument and result as for `visit`."""
         if self._folder is None:
             return ""
+        trouble = ""
         with self._timers.book("output"):
-            arrays = snapshot(discretisation, state)
-            trouble = ""
+            arrays = snapshot(moment.discretisation, moment.state, moment.before)
             if self._comm.rank == 0:
                 seconds = self._timers.seconds | {"total": time.perf_counter() - self._started}
-                checkpoint = Checkpoint(self._origin, progress, seconds, arrays)
+                checkpoint = Checkpoint(self._origin, moment.progress, seconds, arrays)
                 try:
                     write_checkpoint(self._folder, checkpoint)
                 except OSError as error:
                     trouble = f"{self._folder / NAME}: not written: {error.strerror}"
-            self._step, self._written, self._any = len(progress.reports), time.monotonic(), True
+            self._step, self._time = len(moment.progress.reports), time.monotonic()
+            self._any = True
             return str(self._comm.bcast(trouble))
 
     def _is_due(self, step: int) -> bool:
         """Whether it is time for a checkpoint; the clock that counts is the first rank's."""
         if self._step < 0:
-            self._step = step  # where the run starts nothing is lost
+            self._step = step  # where a run starts nothing is lost
         if step == self._step:
             return False
         if self._every is not None and step - self._step >= self._every:
             return True
-        late = time.monotonic() - self._written >= self._interval
-        return self._comm.rank == 0 and late
+        return self._comm.rank == 0 and time.monotonic() - self._time >= self._interval

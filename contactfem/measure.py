@@ -8,6 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.heat_measure import (
+    heat_of_body,
+    heat_of_costs,
+    heat_of_interface,
+    heat_of_steps,
+    measurable_heat,
+)
 from contactfem.profiles import carriers, error_l2, linearised, position_of, value_at, zone
 from contactfem.references import ContactSolution, closed_form
 from contactfem.results import (
@@ -83,7 +90,7 @@ def measurable(case: Case) -> dict[str, str]:
         SI unit of each name, "" where it has none or it is not known.
     """
     names = dict(RUN_UNITS)
-    by_length = {"N/m": case.force_unit, "J/m": case.force_unit.replace("N", "J")}
+    by_length = {unit: case.force_unit.replace("N", unit[0]) for unit in ("N/m", "J/m", "W/m")}
     for interface in case.interfaces:
         units = INTERFACE_UNITS | (CLOSED_FORM_UNITS if interface in case.closed_form else {})
         names |= {f"{interface}.{key}": unit for key, unit in units.items()}
@@ -92,7 +99,9 @@ def measurable(case: Case) -> dict[str, str]:
             names |= {f"{body}.{key}.{end}": unit for key, unit in BODY_UNITS.items()}
     for name, probe in case.probes.items():
         kind = str(probe.value).split(".")[0]
-        names[f"probe.{name}"] = {"displacement": "m", "stress": "Pa"}.get(kind, "")
+        units = {"displacement": "m", "stress": "Pa", "temperature": "K"}
+        names[f"probe.{name}"] = units.get(kind, "")
+    names |= measurable_heat(case)
     return {name: by_length.get(unit, unit) for name, unit in names.items()}
 
 
@@ -258,6 +267,7 @@ def measure(result: RunResult) -> dict[str, float]:
         Values by name [SI]; names as listed by `measurable`.
     """
     values = _of_steps(result.steps) | _of_costs(result.timings)
+    values |= heat_of_steps(result.steps) | heat_of_costs(result.timings, result.steps)
     values["converged"] = float(result.converged)
     for table in result.interfaces:
         entry = result.case.closed_form.get(table.name)
@@ -265,7 +275,13 @@ def measure(result: RunResult) -> dict[str, float]:
         found = _of_interface(table, solution, result.case.strain == "small")
         if result.steps:
             found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
+        found |= heat_of_interface(table)
         values |= {f"{table.name}.{key}": value for key, value in found.items()}
+    if result.steps and result.steps[-1].heat is not None:
+        flows = result.steps[-1].heat.flow
+        values |= {f"{name}.heat_flow": flow for name, flow in flows.items()}
+    for body in result.heat:
+        values |= {f"{body.name}.{key}": value for key, value in heat_of_body(body).items()}
     for body in result.bodies:
         values |= {f"{body.name}.{key}": value for key, value in _of_body(body).items()}
     return values | {f"probe.{name}": value for name, value in result.probes.items()}

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import ufl
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from petsc4py import PETSc
 
-from contactfem.compat import assemble_into, cell_values
+from contactfem.compat import CellExpression, assemble_into
 from contactfem.elements import linear, mini
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.forms.mechanics import (
@@ -241,9 +242,13 @@ class BodyProblem:
 
     def cell_stress(self) -> Floats:
         """Cauchy stress at the cells' midpoints, owned and ghost: xx, yy, zz, xy, yz, xz [Pa]."""
+        return self._stress.values()
+
+    @cached_property
+    def _stress(self) -> CellExpression:
         stress: Callable[..., ufl.core.expr.Expr] = (
             small_strain_stress if self.law.small_strain else cauchy_stress
         )
         s = stress(self._F(), self._theta, self._element.energy, self._parameters)
         places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-        return cell_values(self.mesh.mesh, ufl.as_vector([s[i, j] for i, j in places]))
+        return CellExpression(self.mesh.mesh, ufl.as_vector([s[i, j] for i, j in places]))

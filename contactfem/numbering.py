@@ -203,6 +203,24 @@ class Unknowns:
             scatter.scatter(x, local)
             array[:] = local.array
 
+    def from_fields(self, arrays: Sequence[Floats], x: PETSc.Vec) -> None:
+        """Write the bodies' local arrays into a vector of the unknowns; collective.
+
+        Args:
+            arrays: One per body, flat over local dofs.
+            x: The vector; multipliers in it stay.
+        """
+        n = self.numbering
+        grips = np.full(len(n.grips), -np.inf)
+        for unknown, array in zip(n.unknown, arrays, strict=True):
+            tied = (unknown >= 0) & (unknown < len(grips))
+            grips[unknown[tied]] = array[tied]
+            own = (unknown >= max(n.first, len(grips))) & (unknown < n.first + n.n_local)
+            x.array[unknown[own] - n.first] = array[own]
+        self.comm.Allreduce(MPI.IN_PLACE, grips, MPI.MAX)
+        if self.comm.rank == 0:
+            x.array[: len(grips)] = grips
+
     def add_fields(self, parts: Sequence[Floats], out: PETSc.Vec) -> None:
         """Add the bodies' local arrays of all ranks to a vector of the unknowns; collective."""
         for part, (scatter, local) in zip(parts, self.scatters, strict=True):

@@ -48,6 +48,24 @@ NODE_COLUMNS = {
     "cover": "cover",
     "facet_length": "facet_length [m]",
 }
+HEAT_COLUMNS = {
+    "passes": "passes",
+    "temperature_min": "temperature_min [K]",
+    "temperature_max": "temperature_max [K]",
+    "stored": "heat stored",
+    "held_sum": "heat held",
+    "loads": "heat loads",
+    "friction": "heat friction",
+    "obstacles": "heat obstacles",
+    "strained": "heat strained",
+    "defect": "heat defect",
+}
+SURFACE_HEAT_COLUMNS = {
+    "temperature": "temperature [K]",
+    "mortar_temperature": "mortar_temperature [K]",
+    "flux": "heat_flux [W/m^2]",
+    "dissipation": "dissipation [W/m^2]",
+}
 POSITIONS = ("X [m]", "Y [m]", "x [m]", "y [m]")
 
 
@@ -97,7 +115,11 @@ def interface_csv(table: InterfaceTable) -> str:
     ]
     where = len(POSITIONS) + list(NODE_COLUMNS).index("status")
     columns[where] = [Status(code).name.lower() for code in table.status]
-    return _csv((*POSITIONS, *NODE_COLUMNS.values()), zip(*columns, strict=True))
+    header = [*POSITIONS, *NODE_COLUMNS.values()]
+    if table.heat is not None:
+        header += SURFACE_HEAT_COLUMNS.values()
+        columns += [[float(v) for v in getattr(table.heat, key)] for key in SURFACE_HEAT_COLUMNS]
+    return _csv(header, zip(*columns, strict=True))
 
 
 def mortar_csv(table: InterfaceTable) -> str:
@@ -222,13 +244,21 @@ class OutputWriter:
         header = [*columns.values(), "residual"]
         for name in self.case.interfaces:
             header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
+        if self.case.heat is not None:
+            header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
+            power = force.replace("N", "W")
+            header += [f"{name}.heat_flow [{power}]" for name in self.case.interfaces]
         return header
 
     def _row(self, report: StepReport) -> list[object]:
         row = [getattr(report, name) for name in STEP_COLUMNS]
         row.append(report.residuals[-1] if report.residuals else math.nan)
         for name in self.case.interfaces:
-            row += report.forces[name]
+            row += report.forces.get(name, (0.0, 0.0))
+        if report.heat is not None:
+            heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
+            row += [heat[name] for name in HEAT_COLUMNS]
+            row += [report.heat.flow[name] for name in self.case.interfaces]
         return row
 
     def step(self, report: StepReport) -> None:

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from contactfem.archive import Tree
 from contactfem.contact import Conditions, History, Operators
 from contactfem.heat_interface import HeatExchange, NodalMeans
-from contactfem.laws import Limit
+from contactfem.laws import Limit, Trial
 
 T = TypeVar("T")
 
@@ -41,6 +41,11 @@ def packed(item: Any) -> Tree:
 def history(tree: Tree) -> History:
     """What a step starts from, of its tree."""
     return _unpacked(History, tree)
+
+
+def trial(tree: Tree) -> Trial:
+    """Contact status to start from, of its tree."""
+    return _unpacked(Trial, tree)
 
 
 def conditions(tree: Tree, operators: Operators) -> Conditions:

@@ -1,4 +1,4 @@
-"""Deformed bodies coloured by a stress, whole and, where the contact is small, close up."""
+"""Deformed bodies coloured by a nodal field, whole and, where the contact is small, close up."""
 
 from __future__ import annotations
 
@@ -25,7 +25,31 @@ if TYPE_CHECKING:
 CLOSE_UP = 0.2  # a contact smaller than this share of the scene gets a picture of its own
 PANEL = (4.2, 4.2)  # largest width and height of a picture [inch]
 MESH_LINES = 4000  # with more cells than this, lines would hide the colours
+TEMPERATURE = r"$\vartheta$"
 SYMBOLS = {"von_mises": r"$\sigma_v$"} | {c: rf"$\sigma_{{{c}}}$" for c in COMPONENTS}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A nodal field of some bodies, and how it is called.
+
+    Attributes:
+        bodies: the bodies.
+        values: nodal values of each, (n,) [unit].
+        title: of the picture.
+        symbol: of the colour bar.
+        unit: SI unit of the values.
+        signed: whether the colours show the sign even if there is one only.
+        sequence: colour map of a field of one sign.
+    """
+
+    bodies: tuple[BodyPicture, ...]
+    values: tuple[FloatArray, ...]
+    title: str
+    symbol: str
+    unit: str
+    signed: bool = False
+    sequence: str = "YlGnBu"
 
 
 @dataclass(frozen=True)
@@ -34,7 +58,7 @@ class _View:
 
     magnification: float
     length: Scale
-    stress: Scale
+    value: Scale
     low: float
     high: float
     colours: str
@@ -56,21 +80,21 @@ def stress_of(body: BodyPicture, component: str) -> FloatArray:
     return stress[:, COMPONENTS.index(component)]
 
 
-def _view(result: RunResult, component: str) -> _View:
-    points = np.concatenate([body.points for body in result.bodies])
-    values = np.concatenate([stress_of(body, component) for body in result.bodies])
-    low, high = (float(v) for v in np.percentile(values, [0.2, 99.8]))
+def _view(result: RunResult, shown: Shown) -> _View:
+    points = np.concatenate([body.points for body in shown.bodies])
+    low, high = (float(v) for v in np.percentile(np.concatenate(shown.values), [0.2, 99.8]))
     largest = max(abs(low), abs(high))
     both_signs = low < 0.0 < high and min(-low, high) > 0.05 * largest
-    if both_signs or component == "xy":
+    if both_signs or shown.signed:
         low, high, colours = -largest, largest, "RdBu_r"
     else:
-        colours = "YlGnBu" if high > -low else "YlGnBu_r"
+        colours = shown.sequence if high > -low else f"{shown.sequence}_r"
     if high - low < 1e-6 * largest or largest == 0.0:
         pad = 0.01 * largest or 1.0
         low, high = low - pad, high + pad
     length = scale_for(float(np.ptp(points, axis=0).max()), "m")
-    return _View(magnification(result), length, scale_for(largest, "Pa"), low, high, colours)
+    moved = magnification(result) if result.interfaces or result.bodies else 1.0
+    return _View(moved, length, scale_for(largest, shown.unit), low, high, colours)
 
 
 def _positions(body: BodyPicture, view: _View) -> FloatArray:
@@ -86,16 +110,15 @@ def _polyline(x: FloatArray, edges: IntArray) -> FloatArray:
     return line
 
 
-def _paint_body(axes: Axes, body: BodyPicture, component: str, view: _View) -> ScalarMappable:
+def _paint_body(axes: Axes, body: BodyPicture, values: FloatArray, view: _View) -> ScalarMappable:
     from matplotlib.collections import TriMesh
     from matplotlib.tri import Triangulation
 
     x = _positions(body, view)
     image = TriMesh(Triangulation(x[:, 0], x[:, 1], triangles(body.cells)))
-    image.set_array(stress_of(body, component) / view.stress.factor)
-    image.set(
-        cmap=view.colours, clim=(view.low / view.stress.factor, view.high / view.stress.factor)
-    )
+    factor = view.value.factor
+    image.set_array(values / factor)
+    image.set(cmap=view.colours, clim=(view.low / factor, view.high / factor))
     axes.add_collection(image, autolim=False)  # limits come from the outline, which is quicker
     edges, outline = cell_edges(body.cells)
     if len(body.cells) <= MESH_LINES:
@@ -134,8 +157,9 @@ def _paint_obstacles(axes: Axes, case: Case, end: float, view: _View) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
-def _paint(axes: Axes, result: RunResult, component: str, view: _View) -> ScalarMappable:
-    images = [_paint_body(axes, body, component, view) for body in result.bodies]
+def _paint(axes: Axes, result: RunResult, shown: Shown, view: _View) -> ScalarMappable:
+    pairs = zip(shown.bodies, shown.values, strict=True)
+    images = [_paint_body(axes, body, values, view) for body, values in pairs]
     axes.set_aspect("equal")
     axes.autoscale_view()
     end = result.steps[-1].t if result.steps else 0.0
@@ -174,9 +198,49 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
     Returns:
         The path.
     """
-    view = _view(result, component)
+    values = tuple(stress_of(body, component) for body in result.bodies)
+    title = f"Cauchy stress {SYMBOLS[component]}"
+    signed = component == "xy"
+    return _draw(
+        result, Shown(result.bodies, values, title, SYMBOLS[component], "Pa", signed), path
+    )
+
+
+def draw_temperature(result: RunResult, path: Path) -> Path:
+    """Draw all thermal meshes, deformed and coloured by temperature.
+
+    Args:
+        result: the run, with heat.
+        path: PNG file to write.
+
+    Returns:
+        The path.
+    """
+    values = tuple(body.fields["temperature"][:, 0] for body in result.heat)
+    shown = Shown(result.heat, values, "Temperature", TEMPERATURE, "K", sequence="inferno")
+    return _draw(result, shown, path)
+
+
+def draw_heat_flux(result: RunResult, path: Path) -> Path:
+    """Draw all thermal meshes, deformed and coloured by the size of the heat flux, sqrt(q·q).
+
+    Args:
+        result: the run, with heat.
+        path: PNG file to write.
+
+    Returns:
+        The path.
+    """
+    values = tuple(np.linalg.norm(body.fields["heat_flux"], axis=1) for body in result.heat)
+    title = r"Effective heat flux $\sqrt{q \cdot q}$"
+    shown = Shown(result.heat, values, title, r"$|q|$", "W/m^2", sequence="viridis")
+    return _draw(result, shown, path)
+
+
+def _draw(result: RunResult, shown: Shown, path: Path) -> Path:
+    view = _view(result, shown)
     close = _close_up(result, view)
-    points = np.concatenate([_positions(body, view) for body in result.bodies])
+    points = np.concatenate([_positions(body, view) for body in shown.bodies])
     wide, tall = np.ptp(points, axis=0)
     scale = min(PANEL[0] / wide, PANEL[1] / tall)
     widths = [max(scale * wide, 2.0)] + ([] if close is None else [PANEL[0]])
@@ -187,8 +251,8 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
         spacing = {"wspace": between / float(np.mean(widths)), "width_ratios": widths}
         row = figure.subplots(1, len(widths), squeeze=False, gridspec_kw=spacing)[0]
         for axes in row:
-            image = _paint(axes, result, component, view)
-        row[0].set_title(f"Cauchy stress {SYMBOLS[component]}")
+            image = _paint(axes, result, shown, view)
+        row[0].set_title(shown.title)
         if close is not None:
             (x, y), half = close
             row[1].set(xlim=(x - half, x + half), ylim=(y - half, y + half))
@@ -196,6 +260,6 @@ def draw_stress(result: RunResult, component: str, path: Path) -> Path:
         if view.magnification != 1.0:
             text = f"displacements × {view.magnification:g}"
             figure.text(0.99, 0.02, text, ha="right", fontsize=8.5)
-        colour_bar(figure, frame, image, quantity_label(SYMBOLS[component], view.stress.label))
+        colour_bar(figure, frame, image, quantity_label(shown.symbol, view.value.label))
 
     return draw(path, frame, paint)

@@ -20,13 +20,16 @@ from contactfem.state import State
 from contactfem.timers import Timers
 
 if TYPE_CHECKING:
-    from contactfem.fields import FieldWriter
+    from contactfem.fields import FieldWriter, HeatFieldWriter
     from contactfem.output import OutputWriter
     from contactfem.terminal import Reporter
 
 
 class Recorder:
     """Writes the results of a run into its folder, as far as the case asks for them.
+
+    Attributes:
+        segment: Number of the field files: new meshes, and a run that is resumed, begin others.
 
     Args:
         case: The case.
@@ -49,10 +52,13 @@ class Recorder:
         resumed: Progress | None,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
-        reached, steps = (0.0, None) if resumed is None else (resumed.t, resumed.reports)
-        self._times = [t for t in case.output.times if not _reached(t, reached)]
+        steps = None if resumed is None else resumed.recorded
+        last = steps[-1].t if steps else 0.0
+        self._times = [t for t in case.output.times if not _reached(t, last)]
         self._out = out
+        self.segment = 1 if resumed is None else resumed.segment + 1
         self._fields: FieldWriter | None = None
+        self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
         self._voice: Reporter | None = None
         if out is None:
@@ -65,13 +71,19 @@ class Recorder:
                 self._writer = OutputWriter(out, case, command, steps)
                 self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
-                from contactfem.fields import FieldWriter
-
                 comm.barrier()  # the folder is there
-                displacements = {
-                    name: body.displacement for name, body in discretisation.bodies.items()
-                }
-                self._fields = FieldWriter(out, displacements, len(steps or ()))
+                self._open_fields(out)
+
+    def _open_fields(self, out: Path) -> None:
+        """Open the field files of the present meshes; collective."""
+        from contactfem.fields import FieldWriter, HeatFieldWriter
+
+        suffix = f"_{self.segment}" if self.segment > 1 else ""
+        discretisation = self._discretisation
+        displacements = {name: body.displacement for name, body in discretisation.bodies.items()}
+        self._fields = FieldWriter(out, displacements, suffix)
+        if discretisation.heat is not None:
+            self._heat_fields = HeatFieldWriter(out, discretisation.heat.bodies, suffix)
 
     def __enter__(self) -> Self:
         """Open for the time of a run."""
@@ -88,8 +100,9 @@ class Recorder:
         """Close the field files and leave the terminal in order."""
         if self._voice is not None:
             self._voice.__exit__(kind, error, trace)
-        if self._fields is not None:
-            self._fields.close()
+        for files in (self._fields, self._heat_fields):
+            if files is not None:
+                files.close()
 
     def step(self, report: StepReport, state: State) -> None:
         """Record an accepted step; collective.
@@ -112,6 +125,19 @@ class Recorder:
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
                 }
                 self._fields.write(report.t, stress)
+            if self._heat_fields is not None:
+                self._heat_fields.write(report.t)
+
+    def remeshed(self, discretisation: Discretisation) -> None:
+        """Go on with new meshes, whose fields go into new files; collective."""
+        self._discretisation = discretisation
+        for files in (self._fields, self._heat_fields):
+            if files is not None:
+                files.close()
+        self.segment += 1
+        if self._fields is not None and self._out is not None:
+            with self._timers.book("output"):
+                self._open_fields(self._out)
 
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""

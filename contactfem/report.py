@@ -145,6 +145,35 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     return table
 
 
+def heat_table(summary: Mapping[str, Any]) -> Table:
+    """Table of where the heat of the run came from.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per source; empty where heat was not solved for.
+    """
+    unit_name = summary.get("force_unit", "N/m").replace("N", "J")
+    table = new_table("Heat", "", f"since the start [{unit_name}]")
+    heat = [step["heat"] for step in summary["steps"] if step.get("heat")]
+    if not heat:
+        return table
+    held: dict[str, float] = {}
+    for step in heat:
+        for name, value in step["held"].items():
+            held[name] = held.get(name, 0.0) + value
+    rows = {f"through {name}": value for name, value in held.items()}
+    for key in ("friction", "loads", "obstacles", "strained", "stored", "defect"):
+        rows[key] = sum(step[key] for step in heat)
+    for name, value in rows.items():
+        table.add_row(name, f"{value:.6g}")
+    rings = sum(bool(step["rings"]) for step in heat)
+    if rings:
+        table.add_row("[bold red]steps in which the time scheme rings[/]", str(rings))
+    return table
+
+
 def cost_table(summary: Mapping[str, Any]) -> Table:
     """Table of the seconds spent per phase, and their share of the floor.
 
@@ -172,7 +201,9 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
     for part in [key for key in timings if key.startswith("contact.")]:
         add(f"  {part.partition('.')[2]}", timings[part])
     add_if_booked("newton", "whole solve phase")
-    for phase in (*OTHER_PHASES, "total"):
+    for phase in [key for key in timings if key.startswith("heat.")]:
+        add(phase, timings[phase])
+    for phase in ("transfer", *OTHER_PHASES, "total"):
         add_if_booked(phase, phase)
     return table
 
@@ -181,7 +212,8 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
     sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
     console.print(f"[bold]{summary['title']}[/]  ({directory})", highlight=False)
     console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
-    for table in (step_table(summary), verdict_table(summary), cost_table(summary)):
+    tables = (step_table(summary), heat_table(summary), verdict_table(summary), cost_table(summary))
+    for table in tables:
         if table.row_count:
             console.print(table)
     if not summary["converged"]:

@@ -56,6 +56,53 @@ class HeatStep:
 
 
 @dataclass(frozen=True)
+class Remeshing:
+    """A new mesh of one body for one problem, "mechanics" or "heat"; t is the step's start [s]."""
+
+    t: float
+    problem: str
+    body: str
+    cells_before: int
+    cells_after: int
+    reason: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class ErrorStep:
+    """Estimated errors of an accepted step and what was decided, the same on all ranks.
+
+    Relative errors η are ratios of norms; `_printed` ones are the ratios of their squares that
+    (40) is printed with. None where not estimated.
+
+    Attributes:
+        mechanics: η of the stress [-].
+        mechanics_printed: its square [-].
+        heat: η of the heat flux [-].
+        heat_printed: its square [-].
+        time: η of the rate of temperature [-].
+        time_printed: its square [-].
+        cells: of the mechanical meshes, by body.
+        thermal_cells: of the thermal meshes, by body.
+        remeshes: new meshes that were made for the step.
+        repeats: how often it was taken again with a smaller length because of its error.
+        decisions: in words, in order.
+    """
+
+    mechanics: float | None
+    mechanics_printed: float | None
+    heat: float | None
+    heat_printed: float | None
+    time: float | None
+    time_printed: float | None
+    cells: dict[str, int]
+    thermal_cells: dict[str, int]
+    remeshes: tuple[Remeshing, ...]
+    repeats: int
+    decisions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class StepReport:
     """One accepted step, with scalars that are the same on all ranks.
 
@@ -73,6 +120,7 @@ class StepReport:
         dissipation: frictional work of the step [J/m].
         wall: wall-clock time of the step, failed attempts included [s].
         heat: heat in the step; None where it is not solved for.
+        errors: estimated errors; None without adaptivity.
     """
 
     step: int
@@ -88,6 +136,7 @@ class StepReport:
     dissipation: float
     wall: float
     heat: HeatStep | None = None
+    errors: ErrorStep | None = None
 
 
 class SurfaceHeat(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -20,19 +21,21 @@ from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
 from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
 from contactfem.jit_cache import compiling
-from contactfem.keeper import Keeper
+from contactfem.keeper import Keeper, Moment, Writing
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.recorder import Recorder
-from contactfem.results import RunResult, StepReport
+from contactfem.results import ErrorStep, RunResult, StepReport
 from contactfem.scene import Condition
 from contactfem.snapshot import meshes, restored
-from contactfem.state import initial_state
+from contactfem.state import State, initial_state
 from contactfem.surfaces import Bools, Floats
 from contactfem.tables import Table
 from contactfem.timers import Timers
+from contactfem.verdicts import Accept, Experience, NewMeshes, ShorterStep, Verdict
 
 if TYPE_CHECKING:
+    from contactfem.adapt import Adaptation
     from contactfem.staggered import HeatOutcome
     from contactfem.thermal import Thermal
 
@@ -84,34 +87,26 @@ def run_case(
     before = dict(resumed.seconds) if resumed is not None else {}
     start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
     timers = Timers()
-    for phase, seconds in (before | {"import": invocation.import_seconds}).items():
+    for phase, seconds in (*before.items(), ("import", invocation.import_seconds)):
         timers.add(phase, seconds)
+    progress = resumed.progress if resumed is not None else None
     with compiling(comm):
         given = meshes(resumed.state) if resumed is not None else None
         discretisation = discretise(case, comm, timers, given)
         solver = _solver(case, discretisation, timers) if case.mechanics else None
-        progress = _progress(case, resumed)
         origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
         keeper = Keeper(case, comm, out, origin, timers, start, invocation.asked)
-        behind = None if resumed is None else progress
-        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, behind)
+        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, progress)
         with recorder:
-            loop = _Loop(case, discretisation, solver, recorder, keeper, progress)
+            loop = _Loop(case, discretisation, solver, recorder, keeper, timers, progress)
             if resumed is not None:
-                loop.state = restored(discretisation, resumed.state, progress.ramp_end)
+                loop.restore(resumed)
             message = loop.run()
+            loop.flush()
             timers.add("total", time.perf_counter() - start)
-            result = _result(case, discretisation, loop, timers, message)
+            result = _result(case, loop.discretisation, loop, timers, message)
             recorder.finish(result)
     return result
-
-
-def _progress(case: Case, resumed: Checkpoint | None) -> Progress:
-    """Where the steps begin, with a step that is allowed now."""
-    if resumed is None:
-        return Progress(case.time.step, case.time.step)
-    progress = resumed.progress
-    return replace(progress, dt=min(progress.dt, case.time.step_max))
 
 
 def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> NewtonSolver:
@@ -135,62 +130,150 @@ class _Loop:
         solver: NewtonSolver | None,
         recorder: Recorder,
         keeper: Keeper,
-        progress: Progress,
+        timers: Timers,
+        resumed: Progress | None,
     ) -> None:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder, self.keeper = solver, recorder, keeper
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
-        self.dt, self.easy, self.ramp_end = progress.dt, list(progress.easy), progress.ramp_end
-        self.reports, self.reactions = list(progress.reports), list(progress.reactions)
+        self.timers = timers
+        start = resumed or Progress(case.time.step, case.time.step)
+        self.dt, self.easy = min(start.dt, case.time.step_max), list(start.easy)
+        self.reports, self.reactions = list(start.reports), list(start.reactions)
+        self.ramp_end = start.ramp_end
         self.state = initial_state(discretisation, self.ramp_end)
+        self.adaptation = _adaptation(case, discretisation, timers, start.experience)
+        self.before: State | None = None
+        self.pending: tuple[StepReport, State] | None = None
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
         self.stops = _stops(case)
-        self.alone = frozenset(
-            k
-            for k, interface in enumerate(discretisation.interfaces)
-            if self._alone_holds(interface.name)
+        self.alone = self._alone()
+
+    def _alone(self) -> frozenset[int]:
+        """Interfaces of which only contact holds a body."""
+        names = [interface.name for interface in self.discretisation.interfaces]
+        return frozenset(k for k, name in enumerate(names) if self._alone_holds(name))
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Take the state of a checkpoint; collective."""
+        self.state, self.before = restored(self.discretisation, checkpoint.state, self.ramp_end)
+        if checkpoint.progress.pending:
+            self.pending = self.reports[-1], copy.copy(self.state)
+
+    def progress(self) -> Progress:
+        """How far the run has come, to be resumed from."""
+        return Progress(
+            self.dt,
+            self.ramp_end,
+            tuple(self.easy),
+            tuple(self.reports),
+            tuple(self.reactions),
+            self.recorder.segment,
+            self.pending is not None,
+            None if self.adaptation is None else self.adaptation.experience,
         )
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
-            begun, cutbacks, progress = time.perf_counter(), 0, self.progress()
+            self._keep(self.keeper.visit)
+            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy)
             while True:
-                self.recorder.trouble(self.keeper.visit(self.discretisation, self.state, progress))
                 step = clipped(self.state.t, self.dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
                 if solved.converged:
-                    break
+                    verdict = self._judge(heat, self.state.t + step)
+                    if isinstance(verdict, Accept):
+                        break
+                    self.dt, self.easy = self._again(verdict, self.dt), []
+                    continue
                 self.state.restore(self.discretisation)
                 reason = self._why(solved)
                 decision = after_failure(step, cutbacks, self.limits)
                 if isinstance(decision, GiveUp):
-                    return self._give_up(step, f"{reason}; {decision.reason}", progress)
+                    self.dt, self.easy = first  # other limits may let the step succeed
+                    self._keep(self.keeper.write)
+                    return (
+                        f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
+                        f"{reason}; {decision.reason}. The last good state, "
+                        f"t = {self.state.t:g} s, is written"
+                    )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
-            report = self._accept(step, solved, heat, cutbacks, time.perf_counter() - begun)
-            self.easy.append(report.iterations)
-            grown = after_success(self.dt, self.easy, self.limits)
-            self.dt, self.easy = grown, self.easy if grown == self.dt else []
-        end = self.keeper.finish(self.discretisation, self.state, self.progress())
-        self.recorder.trouble(end)
+            wall = time.perf_counter() - begun
+            report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
+            self._choose_step(report.iterations, verdict.dt)
+        self._keep(self.keeper.finish)
         return ""
 
-    def progress(self) -> Progress:
-        """How far the run has come, to be resumed from."""
-        return Progress(
-            self.dt, self.ramp_end, tuple(self.easy), tuple(self.reports), tuple(self.reactions)
-        )
+    def _choose_step(self, iterations: int, wanted: float | None) -> None:
+        """Length of the next step: what its error wants, or else what Newton's method bears."""
+        self.easy.append(iterations)
+        grown = after_success(self.dt, self.easy, self.limits) if wanted is None else wanted
+        self.dt, self.easy = grown, self.easy if grown == self.dt else []
 
-    def _give_up(self, step: float, reason: str, progress: Progress) -> str:
-        """Write the last good state, and say why there is no other."""
-        trouble = self.keeper.write(self.discretisation, self.state, progress)
-        return (
-            f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: {reason}. "
-            f"The last good state is that at t = {self.state.t:g} s{trouble and '; '}{trouble}"
-        )
+    def _keep(self, write: Writing) -> None:
+        """Write a checkpoint if one is due, and say so if that fails; collective."""
+        moment = Moment(self.discretisation, self.state, self.before, self.progress())
+        self.recorder.trouble(write(moment))
+
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+        """What becomes of a step that was solved; collective."""
+        if self.adaptation is None:
+            return Accept(None, None)
+        conditions = self.solver.conditions if self.solver is not None else []
+        return self.adaptation.judge(self.state, conditions, heat, t)
+
+    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+        """Prepare to take the step again, on new meshes or with another length; returns that."""
+        if isinstance(verdict, NewMeshes):
+            self._take_new_meshes(verdict)
+            return dt
+        if verdict.back == 2 and self.before is not None:
+            self.state, self.before, self.pending = self.before, None, None
+            self.state.repeatable = False
+            self.reports.pop()
+        self.state.restore(self.discretisation)
+        return verdict.dt
+
+    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+        """Go on with new meshes from the last good state; collective."""
+        from contactfem.remesh import carried, new_meshes
+
+        assert self.adaptation is not None
+        begun = time.perf_counter()
+        self.flush()
+        with self.timers.book("remesh"):
+            old, comm = self.discretisation, self.discretisation.system.comm
+            given = new_meshes(self.case, old, verdict.sizes)
+            new = discretise(self.case, comm, self.timers, given)
+            self.state = carried(old, new, self.state, self.ramp_end)
+            self.before = None
+            self.discretisation = new
+            self.solver = _solver(self.case, new, self.timers) if self.case.mechanics else None
+            self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+            self.alone = self._alone()
+            self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
+        self.recorder.remeshed(new)
+
+    def flush(self) -> None:
+        """Record the last accepted step, if it was kept back because it could be taken again."""
+        if self.pending is not None:
+            report, state = self.pending
+            self.pending = None
+            state.restore(self.discretisation)
+            self.recorder.step(report, state)
+            self.state.restore(self.discretisation)
+
+    def _record(self, report: StepReport) -> None:
+        """Record an accepted step; with steps that follow their error only after the next one."""
+        self.flush()
+        if self.adaptation is None or not self.adaptation.repeats:
+            self.recorder.step(report, self.state)
+        else:
+            self.pending = report, copy.copy(self.state)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -232,9 +315,8 @@ class _Loop:
         proportion it stays right, and a trial state would not know which of the nodes on the limit
         of friction slip. At a first contact a guess; None where there is none to make.
         """
-        if self.state.conditions and self.state.conditions[k].active.any():
-            c = self.state.conditions[k]
-            return Trial(c.status, c.direction)
+        if (start := self.state.starts()[k]) is not None:
+            return start
         interface = self.discretisation.interfaces[k]
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
@@ -249,18 +331,24 @@ class _Loop:
         heat: HeatOutcome | None,
         cutbacks: int,
         wall: float,
+        errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
         dissipation = float(
             sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
         )
+        repeatable = self.adaptation is not None and self.adaptation.repeats
+        self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
+        self.state.repeatable = repeatable
         self.reactions = self.solver.reactions() if self.solver is not None else []
         warmed = None
         if self.heat is not None and heat is not None:
             warmed, self.state.increments = self.heat.record.step(
                 heat, self.state.theta, self.state.increments
             )
+            pairs = zip(self.state.theta, heat.solution.theta, strict=True)
+            self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
             self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
         status = np.concatenate([c.status for c in conditions] or [np.empty(0, np.int8)])
         report = StepReport(
@@ -277,10 +365,24 @@ class _Loop:
             dissipation=dissipation,
             wall=wall,
             heat=warmed,
+            errors=errors,
         )
+        if self.adaptation is not None:
+            self.adaptation.accepted(self.state.rate, dt)
         self.reports.append(report)
-        self.recorder.step(report, self.state)
+        self._record(report)
         return report
+
+
+def _adaptation(
+    case: Case, discretisation: Discretisation, timers: Timers, experience: Experience | None
+) -> Adaptation | None:
+    """What judges steps, only imported where the case asks for an error."""
+    if case.adaptivity is None:
+        return None
+    from contactfem.adapt import Adaptation
+
+    return Adaptation(case, discretisation, timers, experience)
 
 
 class _HeatSide:

@@ -16,8 +16,8 @@ from contactfem.surfaces import Floats, Ints
 from contactfem.thermal import Thermal
 
 
-def snapshot(discretisation: Discretisation, state: State) -> Tree:
-    """State and meshes of a run; collective.
+def snapshot(discretisation: Discretisation, state: State, before: State | None = None) -> Tree:
+    """States and meshes of a run; collective.
 
     Values of finite element functions are kept cell by cell, in the order of the input mesh: it
     then does not matter where an element has its unknowns.
@@ -25,29 +25,19 @@ def snapshot(discretisation: Discretisation, state: State) -> Tree:
     Args:
         discretisation: The meshes.
         state: The state.
+        before: The state before it, if the run may go back to that.
 
     Returns:
         The arrays on the first rank; elsewhere an empty tree.
     """
-    system, heat = discretisation.system, discretisation.heat
-    named = list(zip(discretisation.bodies.items(), state.u, strict=True))
-    displacement = {name: _gathered(system.comm, body.V, u) for (name, body), u in named}
-    thermal = None if heat is None else _of_heat(heat, state)
-    if system.comm.rank:
+    heat = discretisation.heat
+    tree: Tree = {"state": _of_state(discretisation, state)}
+    if before is not None:
+        tree["before"] = _of_state(discretisation, before)
+    if discretisation.system.comm.rank:
         return {}
-    others = len(system.grips) + len(system.multipliers)  # stand first, on the first rank
-    tree: Tree = {
-        "t": np.array(state.t),
-        "displacement": displacement,
-        "others": state.x[:others],
-        "interfaces": {
-            interface.name: _of_interface(state, k)
-            for k, interface in enumerate(discretisation.interfaces)
-        },
-        "meshes": {name: _of_mesh(body.mesh) for name, body in discretisation.bodies.items()},
-    }
+    tree["meshes"] = {name: _of_mesh(body.mesh) for name, body in discretisation.bodies.items()}
     if heat is not None:
-        tree["heat"] = thermal
         tree["thermal_meshes"] = {
             body.name: _of_mesh(body.mesh)
             for body in heat.bodies
@@ -69,8 +59,10 @@ def meshes(tree: Tree) -> GivenMeshes:
     return GivenMeshes(mechanical, thermal)
 
 
-def restored(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State:
-    """State of a snapshot, which is also put into the bodies; collective.
+def restored(
+    discretisation: Discretisation, tree: Tree, ramp_end: float
+) -> tuple[State, State | None]:
+    """States of a snapshot; the bodies are set to the last one; collective.
 
     Args:
         discretisation: Of the snapshot's meshes.
@@ -78,21 +70,50 @@ def restored(discretisation: Discretisation, tree: Tree, ramp_end: float) -> Sta
         ramp_end: Time at which constant loads and motions are reached [s].
 
     Returns:
-        The state.
+        The state, and the one before it if that was kept.
     """
+    comm = discretisation.system.comm
+    tree = comm.bcast({name: tree[name] for name in ("state", "before") if name in tree})
+    before = _state(discretisation, tree["before"], ramp_end) if "before" in tree else None
+    return _state(discretisation, tree["state"], ramp_end), before
+
+
+def _of_state(discretisation: Discretisation, state: State) -> Tree:
+    """Collective; whole on the first rank."""
+    system, heat = discretisation.system, discretisation.heat
+    pairs = zip(discretisation.bodies.items(), state.u, strict=True)
+    others = len(system.grips) + len(system.multipliers)  # stand first, on the first rank
+    tree: Tree = {
+        "t": np.array(state.t),
+        "dt": np.array(state.dt),
+        "repeatable": np.array(state.repeatable),
+        "displacement": {name: _gathered(system.comm, body.V, u) for (name, body), u in pairs},
+        "others": state.x[:others],
+        "interfaces": {
+            interface.name: _of_interface(state, k)
+            for k, interface in enumerate(discretisation.interfaces)
+        },
+    }
+    if heat is not None:
+        tree["heat"] = _of_heat(heat, state)
+    return tree
+
+
+def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State:
+    """A state, to which the bodies are set; collective."""
     system = discretisation.system
-    tree = system.comm.bcast({name: tree[name] for name in tree if "meshes" not in name})
     t = float(tree["t"])
     for name, body in discretisation.bodies.items():
         _insert(body.V, tree["displacement"][name], body.u.x.array)
         body.set_time(t, ramp_end)
     _set_unknowns(discretisation, tree["others"])
     parts = [tree["interfaces"][interface.name] for interface in discretisation.interfaces]
-    found = []
+    found, guess = [], []
     for interface, part in zip(discretisation.interfaces, parts, strict=True):
         operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
         if "conditions" in part:
             found.append(packing.conditions(part["conditions"], operators))
+        guess.append(packing.trial(part["guess"]) if "guess" in part else None)
     state = State(
         t,
         system.x.array.copy(),
@@ -100,6 +121,9 @@ def restored(discretisation: Discretisation, tree: Tree, ramp_end: float) -> Sta
         tuple(packing.history(part["history"]) for part in parts),
         [part["slip"] for part in parts],
         tuple(found),
+        dt=float(tree["dt"]),
+        repeatable=bool(tree["repeatable"]),
+        guess=tuple(guess),
     )
     if discretisation.heat is not None:
         _restore_heat(discretisation.heat, tree["heat"], state, discretisation)
@@ -121,48 +145,52 @@ def _of_interface(state: State, k: int) -> Tree:
     tree: Tree = {"slip": state.slip[k], "history": packing.packed(state.histories[k])}
     if state.conditions:
         tree["conditions"] = packing.packed(state.conditions[k])
+    if state.guess and state.guess[k] is not None:
+        tree["guess"] = packing.packed(state.guess[k])
     return tree
 
 
 def _of_heat(heat: Thermal, state: State) -> Tree:
-    """Temperatures, displacements on thermal meshes, exchanges and increments; collective."""
-    comm, last = heat.system.comm, state.increments.last
+    """Fields on the thermal meshes, exchanges and increments; collective."""
+    comm, increments = heat.system.comm, state.increments
+    scalars = {"temperature": state.theta, "rate": state.rate, "change": increments.last}
+    bodies: Tree = {}
+    for k, body in enumerate(heat.bodies):
+        bodies[body.name] = {
+            name: _gathered(comm, body.V, values[k]) for name, values in scalars.items() if values
+        }
+        moved = _gathered(comm, body.displacement_space, state.thermal_u[k])
+        bodies[body.name]["displacement"] = moved
     return {
-        "bodies": {
-            body.name: {
-                "temperature": _gathered(comm, body.V, state.theta[k]),
-                "displacement": _gathered(comm, body.displacement_space, state.thermal_u[k]),
-            }
-            | ({"change": _gathered(comm, body.V, last[k])} if last else {})
-            for k, body in enumerate(heat.bodies)
-        },
+        "bodies": bodies,
         "exchanges": {
             link.heat.name: packing.packed(exchange)
             for link, exchange in zip(heat.interfaces, state.exchanges, strict=False)
         },
-        "increments": np.array([(i.norm, i.inner) for i in state.increments.recent]),
-        "largest": np.array(state.increments.largest),
+        "increments": np.array([(i.norm, i.inner) for i in increments.recent]),
+        "largest": np.array(increments.largest),
     }
 
 
 def _restore_heat(
     heat: Thermal, tree: Tree, state: State, discretisation: Discretisation
 ) -> None:
-    theta, last = [], []
+    fields: dict[str, list[Floats]] = {"temperature": [], "rate": [], "change": []}
     for body in heat.bodies:
         part = tree["bodies"][body.name]
         _insert(body.displacement_space, part["displacement"], body.u.x.array)
-        theta.append(_inserted(body.V, part["temperature"], body.n_dofs))
-        if "change" in part:
-            last.append(_inserted(body.V, part["change"], body.n_dofs))
+        for name in fields.keys() & part.keys():
+            fields[name].append(np.zeros(body.n_dofs))
+            _insert(body.V, part[name], fields[name][-1])
     exchanges = [
         packing.exchange(tree["exchanges"][link.heat.name])
-        for link in (heat.interfaces if "exchanges" in tree else ())
+        for link in (heat.interfaces if tree.get("exchanges") else ())
     ]
-    state.accept_heat(theta, exchanges, discretisation)
-    heat.warm(theta)
+    state.rate = fields["rate"]
+    state.accept_heat(fields["temperature"], exchanges, discretisation)
+    heat.warm(state.theta)
     recent = tuple(Increment(float(norm), float(inner)) for norm, inner in tree["increments"])
-    state.increments = Increments(tuple(last), recent, float(tree["largest"]))
+    state.increments = Increments(tuple(fields["change"]), recent, float(tree["largest"]))
 
 
 def _of_mesh(mesh: BodyMesh) -> Tree:
@@ -199,12 +227,6 @@ def _gathered(comm: MPI.Comm, V: fem.FunctionSpace, values: Floats) -> Floats:
 def _insert(V: fem.FunctionSpace, table: Array, into: Floats) -> None:
     """Write values of all input cells to this rank's dofs, owned and ghost."""
     into[_dofs(V)] = table[V.mesh.topology.original_cell_index]
-
-
-def _inserted(V: fem.FunctionSpace, table: Array, n: int) -> Floats:
-    result = np.zeros(n)
-    _insert(V, table, result)
-    return result
 
 
 def _dofs(V: fem.FunctionSpace) -> Ints:

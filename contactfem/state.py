@@ -10,6 +10,7 @@ import numpy as np
 
 from contactfem.contact import Conditions, History
 from contactfem.discretise import Discretisation
+from contactfem.laws import Trial
 from contactfem.ringing import Increments
 from contactfem.surfaces import Floats
 
@@ -30,6 +31,10 @@ class State:
         conditions: Of the last accepted step, per interface; empty before the first.
         theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
         thermal_u: Displacements on the thermal meshes, likewise [m].
+        dt: Length of the last step [s]; zero before the first.
+        repeatable: Whether the state before it is still there to go back to.
+        rate: Mean rates of temperature in the last step, likewise [K/s]; empty before the first.
+        guess: Contact status to start from where there are no conditions, per interface.
         exchanges: Heat through the interfaces in the last step; empty before the first.
         increments: Of the temperatures in the last steps, by which ringing is found.
     """
@@ -42,8 +47,20 @@ class State:
     conditions: tuple[Conditions, ...] = field(default=())
     theta: list[Floats] = field(default_factory=list)
     thermal_u: list[Floats] = field(default_factory=list)
+    dt: float = 0.0
+    repeatable: bool = False
+    rate: list[Floats] = field(default_factory=list)
+    guess: tuple[Trial | None, ...] = ()
     exchanges: tuple[HeatExchange, ...] = ()
     increments: Increments = field(default_factory=Increments)
+
+    def starts(self) -> tuple[Trial | None, ...]:
+        """Contact status that the next step may start from, per interface; None to find it."""
+        if not self.conditions:
+            return self.guess or (None,) * len(self.histories)
+        return tuple(
+            Trial(c.status, c.direction) if c.active.any() else None for c in self.conditions
+        )
 
     def restore(self, discretisation: Discretisation) -> None:
         """Put unknowns and displacements back to those of this state."""
@@ -51,8 +68,9 @@ class State:
         for body, u in zip(discretisation.system.bodies, self.u, strict=True):
             body.u.x.array[:] = u
         if discretisation.heat is not None:
-            for heat, moved in zip(discretisation.heat.bodies, self.thermal_u, strict=True):
-                heat.u.x.array[:] = moved
+            heat = zip(discretisation.heat.bodies, self.thermal_u, self.theta, strict=True)
+            for warm, moved, theta in heat:
+                warm.u.x.array[:], warm.theta.x.array[:] = moved, theta
 
     def accept(
         self, t: float, discretisation: Discretisation, conditions: list[Conditions]
@@ -64,14 +82,13 @@ class State:
             discretisation: Holds unknowns and displacements.
             conditions: Contact conditions there, per interface.
         """
-        self.t = t
+        self.dt, self.t = t - self.t, t
         self.x = discretisation.system.x.array.copy()
         self.u = [body.u.x.array.copy() for body in discretisation.system.bodies]
         self.histories = tuple(
             History(c.operators.D, c.operators.M, c.pressure, c.traction) for c in conditions
         )
-        for slip, c in zip(self.slip, conditions, strict=True):
-            slip += c.slip
+        self.slip = [slip + c.slip for slip, c in zip(self.slip, conditions, strict=True)]
         self.conditions = tuple(conditions)
 
     def accept_heat(

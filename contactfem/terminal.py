@@ -29,11 +29,20 @@ def step_line(report: StepReport, force_unit: str = "N/m") -> str:
         for name, force in report.forces.items()
     )
     cuts = f"  cut-backs {report.cutbacks}" if report.cutbacks else ""
-    status = f"open {report.open}  stick {report.stick}  slip {report.slip}"
-    return (
-        f"step {report.step:4d}  t = {engineering(report.t, 's', 4)}  "
-        f"iterations {report.iterations:2d}  {status}  {forces}{cuts}".rstrip()
-    )
+    nodes = report.open + report.stick + report.slip
+    status = f"open {report.open}  stick {report.stick}  slip {report.slip}  " if nodes else ""
+    newton = f"iterations {report.iterations:2d}  " if report.residuals else ""
+    head = f"step {report.step:4d}  t = {engineering(report.t, 's', 4)}  "
+    return f"{head}{newton}{status}{forces}{_heat(report)}{cuts}".rstrip()
+
+
+def _heat(report: StepReport) -> str:
+    """Temperatures and passes of a step, and whether the time scheme rings."""
+    if report.heat is None:
+        return ""
+    heat = report.heat
+    passes = f", {heat.passes} passes" if heat.passes > 1 else ""
+    return f"  {heat.temperature_min:.5g} to {heat.temperature_max:.5g} K{passes}"
 
 
 class Reporter:
@@ -51,6 +60,7 @@ class Reporter:
         self._end = case.time.end
         self._force_unit = case.force_unit
         self._stream = sys.stdout if stream is None else stream
+        self._rang = False
         self._progress: Progress | None = None
         self._task: TaskID | None = None
 
@@ -91,6 +101,10 @@ class Reporter:
             report: the step.
         """
         self.say(step_line(report, self._force_unit))
+        rings = report.heat.rings if report.heat is not None else ""
+        if rings and not self._rang:
+            self.say(f"WARNING: {rings}")
+        self._rang = bool(rings)
         if self._progress is not None and self._task is not None:
             now = f"t = {engineering(report.t, 's', 4)}"
             self._progress.update(self._task, completed=report.t, t=now)

@@ -13,11 +13,12 @@ from contactfem.meshes.die import Die
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.meshes.file import MeshFile
 from contactfem.meshes.graded_block import GradedBlock
+from contactfem.meshes.tire import Tire
 from contactfem.meshes.wave import Wave
 
 __all__ = ["BUILDERS", "Builder", "MeshData", "MeshFile", "MeshSpec", "Surface"]
 
-BUILDERS = ("block", "box", "cylinder", "die", "disk", "graded_block", "ring", "wave")
+BUILDERS = ("block", "box", "cylinder", "die", "disk", "graded_block", "ring", "tire", "wave")
 
 
 def _kind(mesh: Any) -> str | None:
@@ -35,6 +36,7 @@ MeshSpec = Annotated[
     | Annotated[Disk, Tag("disk")]
     | Annotated[GradedBlock, Tag("graded_block")]
     | Annotated[Ring, Tag("ring")]
+    | Annotated[Tire, Tag("tire")]
     | Annotated[Wave, Tag("wave")]
     | Annotated[MeshFile, Tag("file")],
     Discriminator(

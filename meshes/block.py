@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.curves import Boundary, Edge
 from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 from contactfem.units import Length
@@ -78,6 +79,21 @@ class Block(Structured):
         y1 = y0 + self.height
         parts = {name: np.array([[b, y1], [a, y1]]) for name, a, b in self._parts()}
         return rectangle(x0, y0, x0 + self.width, y1) | parts
+
+    def curves(self) -> Boundary:
+        """Three sides and the parts of the top."""
+        x0, y0 = self.corner
+        x1, y1 = x0 + self.width, y0 + self.height
+        parts = self._parts()
+        top = [Edge((b, y1), (a, y1), ("top", name)) for name, a, b in reversed(parts)]
+        return (
+            (
+                Edge((x0, y0), (x1, y0), ("bottom",)),
+                Edge((x1, y0), (x1, y1), ("right",)),
+                *(top or [Edge((x1, y1), (x0, y1), ("top",))]),
+                Edge((x0, y1), (x0, y0), ("left",)),
+            ),
+        )
 
     def _parts(self) -> list[tuple[str, float, float]]:
         """Name, smallest and largest x [m] of each part of the top."""

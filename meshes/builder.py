@@ -1,12 +1,17 @@
-"""What every named geometry offers: a mesh, and its outline without meshing."""
+"""What every named geometry offers: a mesh, its outline without meshing, adapted meshes."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from contactfem.errors import MeshError
+from contactfem.meshes.adapt import adapt
+from contactfem.meshes.curves import Boundary
 from contactfem.meshes.data import CellName, Floats, MeshData
+from contactfem.meshes.size_field import SizeField
 from contactfem.units import Length
 
 PositiveLength = Annotated[Length, Field(gt=0)]
@@ -25,6 +30,30 @@ class Builder(BaseModel, ABC):
     @abstractmethod
     def outline(self) -> dict[str, Floats]:
         """Boundary polyline (k, 2) [m] of every group, the body on the left; without meshing."""
+
+    def curves(self) -> Boundary:
+        """Exact boundary, without meshing.
+
+        Raises:
+            MeshError: the body is solid.
+        """
+        raise MeshError("only plane bodies have adapted meshes")
+
+    def adapted(self, field: SizeField, keep: Sequence[Sequence[float]] = ()) -> MeshData:
+        """Triangles of given sizes in the exact geometry, with the groups of the builder's mesh.
+
+        Args:
+            field: wanted sizes.
+            keep: points (k, 2) [m] that become nodes, such as those of point conditions; where one
+                is closer to the boundary than a tenth of the size, the nearest point of that does.
+
+        Returns:
+            The mesh, the same for the same arguments; nodes of curves lie exactly on them.
+
+        Raises:
+            MeshError: the body is solid, or cannot be meshed at these sizes.
+        """
+        return adapt(self.curves(), field, np.array(keep, dtype=np.float64).reshape(-1, 2))
 
     def cell_type(self) -> CellName:
         """Kind of the cells, without meshing."""

@@ -6,10 +6,11 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.fan import fan
 from contactfem.meshes.grid import Cell2D
-from contactfem.meshes.polygon import Edge, doubled, triangulate
+from contactfem.meshes.polygon import doubled, triangulate
 from contactfem.units import Length
 
 
@@ -53,17 +54,30 @@ class Cylinder(Builder):
             data = doubled(data, "axis")
         return mesh_data(self._placed(data.points), data.cells, data.cell_type, data.groups)
 
+    def curves(self) -> Boundary:
+        """The arc in pieces that meet at the point and at the ends of the fine part, and lines."""
+        r, edges = self.radius, self._quarter()
+        if self.part == "half":
+            arc = edges[:2]
+            flat = Edge((r, r), (-r, r), ("flat",))
+            edges = [*mapped(arc, (-1.0, 1.0), (0.0, 0.0)), *arc, flat]
+        up = 1.0 if self.side == "upper" else -1.0
+        return (tuple(mapped(edges, (1.0, up), self.point)),)
+
     def _triangles(self, coarse: float) -> MeshData:
         """Quarter in the frame with the contact point at the origin."""
+        return triangulate(self._quarter(), self.size, self.growth, coarse)
+
+    def _quarter(self) -> list[Edge]:
+        """Boundary of the quarter in that frame, from the contact point."""
         r = self.radius
         end = (self.zone, r - float(np.sqrt(r**2 - self.zone**2)))
-        edges = [
+        return [
             Edge((0.0, 0.0), end, ("contact", "arc"), (0.0, r), fine=True),
             Edge(end, (r, r), ("arc",), (0.0, r)),
             Edge((r, r), (0.0, r), ("flat",)),
             Edge((0.0, r), (0.0, 0.0), ("axis",)),
         ]
-        return triangulate(edges, self.size, self.growth, coarse)
 
     def outline(self) -> dict[str, Floats]:
         """The arc by chords of about a degree, the straight sides by their ends."""

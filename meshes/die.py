@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.curves import Boundary, Edge
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.grid import grid
 from contactfem.units import Length
@@ -59,6 +60,20 @@ class Die(Builder):
         up = [0.0, self.straight]
         sole = np.concatenate([arc[:1] + up, arc, arc[-1:] + up])
         return {"sole": sole, "top": sole[[-1, 0]]}
+
+    def curves(self) -> Boundary:
+        """The sides, the arc and the top."""
+        x, y = self.point
+        low, high = y + self.sagitta, y + self.sagitta + self.straight
+        left, right = x - 0.5 * self.width, x + 0.5 * self.width
+        return (
+            (
+                Edge((left, high), (left, low), ("sole",)),
+                Edge((left, low), (right, low), ("sole",), centre=(x, y + self.radius)),
+                Edge((right, low), (right, high), ("sole",)),
+                Edge((right, high), (left, high), ("top",)),
+            ),
+        )
 
     def _arc(self, facets: int) -> Floats:
         """Nodes (facets + 1, 2) [m] of the arc from left to right."""

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.curves import Boundary, Edge, FairCircle
 from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
 from contactfem.units import Length
 
@@ -50,6 +51,10 @@ class Disk(Builder):
         rim = polygon(fair_radius(self.radius, self.facets), self.facets)
         return {"rim": _loop(rim) + self.center}
 
+    def curves(self) -> Boundary:
+        """The circle; polygons of nodes on it have its area, as the polygon of the facets has."""
+        return ((FairCircle(self.center, self.radius, ("rim",)),),)
+
 
 class Ring(Builder):
     """Ring between two circles of `facets` facets, with `layers` layers of cells.
@@ -86,6 +91,17 @@ class Ring(Builder):
         inner = _loop(polygon(fair, self.facets))[::-1]
         outer = _loop(polygon(self.outer_radius, self.facets))
         return {"inner": inner + self.center, "outer": outer + self.center}
+
+    def curves(self) -> Boundary:
+        """The outer circle in four arcs; polygons of nodes on the inner one have its area."""
+        x, y = self.center
+        r = self.outer_radius
+        axes = [(x + r, y), (x, y + r), (x - r, y), (x, y - r)]
+        outer = tuple(
+            Edge(start, end, ("outer",), centre=self.center)
+            for start, end in zip(axes, axes[1:] + axes[:1], strict=True)
+        )
+        return outer, (FairCircle(self.center, self.inner_radius, ("inner",), turn=-1),)
 
 
 def fair_radius(radius: float, facets: int) -> float:

@@ -9,6 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from contactfem.errors import MeshError
 from contactfem.meshes.builder import Builder
+from contactfem.meshes.curves import Boundary
 from contactfem.meshes.data import (
     CellName,
     Floats,
@@ -20,6 +21,7 @@ from contactfem.meshes.data import (
     mesh_data,
 )
 from contactfem.meshes.readers import RawMesh, read_gmsh, read_meshio
+from contactfem.meshes.walk import reconstructed
 from contactfem.units import Length
 
 # A cell's name in files: its dimension, our name, its vertices in dolfinx order.
@@ -80,6 +82,17 @@ class MeshFile(Builder):
         """Boundary polylines of the groups; reads the file. In 3D the groups' points."""
         data = self.build()
         return {name: polyline(data.surface(name)) for name, f in data.groups.items() if len(f)}
+
+    def curves(self) -> Boundary:
+        """Smooth curves through the boundary nodes, with corners where that turns by 30 degrees.
+
+        Raises:
+            MeshError: the mesh is solid, in several pieces, or its boundary touches itself.
+        """
+        try:
+            return reconstructed(self.build())
+        except MeshError as error:
+            raise MeshError(f"{self.file}: {error}") from error
 
     def extent(self) -> Floats:
         """Smallest and largest coordinates (2, dim) [m]; reads the file."""

@@ -7,8 +7,9 @@ from pydantic import Field, model_validator
 
 from contactfem.meshes.block import rectangle
 from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
-from contactfem.meshes.polygon import Edge, triangulate
+from contactfem.meshes.polygon import triangulate
 from contactfem.units import Length
 
 
@@ -43,6 +44,20 @@ class GradedBlock(Builder):
         """Triangles, made with the fine part on top and turned over if it is the bottom."""
         w, h = self.width, self.height
         coarse = max(self.size, self.coarse if self.coarse is not None else max(w, h) / 8)
+        data = triangulate(self._edges(), self.size, self.growth, coarse)
+        points = data.points if self.side == "top" else data.points * [1, -1] + [0, h]
+        return mesh_data(points + np.array(self.corner), data.cells, data.cell_type, data.groups)
+
+    def curves(self) -> Boundary:
+        """The four sides, that with the fine part in two or three pieces."""
+        x0, y0 = self.corner
+        if self.side == "top":
+            return (tuple(mapped(self._edges(), (1.0, 1.0), (x0, y0))),)
+        return (tuple(mapped(self._edges(), (1.0, -1.0), (x0, y0 + self.height))),)
+
+    def _edges(self) -> list[Edge]:
+        """Sides of the block with its corner at the origin and the fine part on top."""
+        w, h = self.width, self.height
         a, b = self._zone()
         other = "bottom" if self.side == "top" else "top"
         edges = [
@@ -53,10 +68,7 @@ class GradedBlock(Builder):
             Edge((a, h), (0.0, h), (self.side,)),
             Edge((0.0, h), (0.0, 0.0), ("left",)),
         ]
-        edges = [edge for edge in edges if edge.start != edge.end]
-        data = triangulate(edges, self.size, self.growth, coarse)
-        points = data.points if self.side == "top" else data.points * [1, -1] + [0, h]
-        return mesh_data(points + np.array(self.corner), data.cells, data.cell_type, data.groups)
+        return [edge for edge in edges if edge.start != edge.end]
 
     def outline(self) -> dict[str, Floats]:
         """The four sides and the fine part."""

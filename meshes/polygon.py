@@ -1,56 +1,15 @@
 """Triangles in a region bounded by lines and arcs, fine at chosen edges."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import atan2, ceil, dist
+from math import ceil, dist
 from typing import Any
 
 import numpy as np
 
 from contactfem.errors import MeshError
+from contactfem.meshes.curves import Edge
 from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
 from contactfem.meshes.gmsh_session import gmsh_session
-
-Point = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Line, or arc of less than half a turn about `centre`, along a counter-clockwise boundary.
-
-    A `fine` edge gets facets of equal length; `groups` are the names its facets go by.
-    """
-
-    start: Point
-    end: Point
-    groups: tuple[str, ...]
-    centre: Point | None = None
-    fine: bool = False
-
-    def angle(self) -> float:
-        """Angle of an arc from its start to its end, positive counter-clockwise."""
-        if self.centre is None:
-            return 0.0
-        a, b = np.subtract(self.start, self.centre), np.subtract(self.end, self.centre)
-        return atan2(a[0] * b[1] - a[1] * b[0], a @ b)
-
-    def length(self) -> float:
-        """Length along the edge [m]."""
-        if self.centre is None:
-            return dist(self.start, self.end)
-        return dist(self.start, self.centre) * abs(self.angle())
-
-    def at(self, t: Floats) -> Floats:
-        """Points (k, 2) [m] at the parts t (k,) of the length."""
-        start = np.array(self.start, dtype=np.float64)
-        if self.centre is None:
-            on_line: Floats = start + t[:, None] * (np.array(self.end) - start)
-            return on_line
-        centre, phi = np.array(self.centre), self.angle() * t
-        x, y = start - centre
-        turned = [x * np.cos(phi) - y * np.sin(phi), x * np.sin(phi) + y * np.cos(phi)]
-        on_arc: Floats = centre + np.stack(turned, axis=1)
-        return on_arc
 
 
 def triangulate(edges: Sequence[Edge], size: float, growth: float, coarse: float) -> MeshData:

@@ -1,14 +1,18 @@
 """Rectangle with one wavy side."""
 
+from math import ceil
 from typing import Literal
 
 import numpy as np
 
 from contactfem.meshes.block import Structured, rectangle
 from contactfem.meshes.builder import PositiveLength
+from contactfem.meshes.curves import Boundary, Parametric, equal_parts, line
 from contactfem.meshes.data import Floats, MeshData
 from contactfem.meshes.grid import grid
 from contactfem.units import Length
+
+KNOTS = 32  # per wavelength, where the exact boundary is sampled
 
 
 class Wave(Structured):
@@ -48,6 +52,29 @@ class Wave(Structured):
         else:
             sides["top"] = np.stack([x, y[-1] - recess], axis=1)[::-1]
         return sides
+
+    def curves(self) -> Boundary:
+        """Three straight sides and the wave."""
+        edges = {name: line(side[[0, -1]], (name,)) for name, side in self.outline().items()}
+        knots = equal_parts(max(1, ceil(KNOTS * self.width / self.wavelength)))
+        wave = Parametric(self._wave, knots, (self.side,))
+        return (
+            (
+                edges["bottom"] if self.side == "top" else wave,
+                edges["right"],
+                edges["top"] if self.side == "bottom" else wave,
+                edges["left"],
+            ),
+        )
+
+    def _wave(self, t: Floats) -> Floats:
+        """Points (k, 2) [m] of the wavy side at the parts t (k,) of its width."""
+        x0, y0 = self.corner
+        if self.side == "bottom":
+            x = x0 + self.width * t
+            return np.stack([x, y0 + self.recess(x)], axis=1)
+        x = x0 + self.width * (1.0 - t)
+        return np.stack([x, y0 + self.height - self.recess(x)], axis=1)
 
     def recess(self, x: Floats) -> Floats:
         """How far the wavy side lies behind the straight one at x [m]."""

@@ -43,6 +43,8 @@ def make_case(**changes: Any) -> SimpleNamespace:
             "sole": SimpleNamespace(solution="cattaneo_mindlin", parameters=parameters)
         },
         "obstacles": {},
+        "heat": None,
+        "conditions": (),
         "solver": SimpleNamespace(tolerance=1e-10),
         "output": SimpleNamespace(fields=True, figures=True, times=()),
         "expect": {

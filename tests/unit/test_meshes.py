@@ -10,8 +10,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from contactfem.errors import MeshError
 from contactfem.meshes import BUILDERS, Builder, MeshSpec
+from contactfem.meshes.curves import Edge
 from contactfem.meshes.data import MeshData, boundary_facets, jacobians, mesh_data
-from contactfem.meshes.polygon import Edge, triangulate
+from contactfem.meshes.polygon import triangulate
 
 PI = np.pi
 BLOCK = {"builder": "block", "width": "2 m", "height": "1 m", "nx": 7, "ny": 4}
@@ -23,6 +24,7 @@ FINE |= {"size": "0.5 mm", "growth": 0.2}
 BOX = {"builder": "box", "width": "2 m", "height": "1 m", "depth": "3 m", "nx": 3, "ny": 2, "nz": 4}
 DIE = {"builder": "die", "width": "1.2 m", "straight": "0.9 m", "radius": "0.75 m", "n_side": 7}
 DIE |= {"point": ["1 m", "2 m"], "n_arc": 96}
+TIRE = {"builder": "tire", "point": ["1 m", "2 m"], "size": "5 mm", "tread_size": "1 mm"}
 FLAT: dict[str, dict[str, Any]] = {
     "block": BLOCK,
     "graded": BLOCK | {"grading": [3, 0.5], "corner": ["-1 m", "2 m"]},
@@ -45,6 +47,8 @@ FLAT: dict[str, dict[str, Any]] = {
     "fine below": FINE | {"zone": ["20 mm", "40 mm"], "side": "bottom"},
     "fine side": FINE | {"zone": ["0 mm", "100 mm"], "size": "2 mm"},
     "die": DIE,
+    "tire": TIRE,
+    "flat tire": TIRE | {"crown": "0 mm", "tread_size": "2 mm"},
 }
 ROUND: dict[str, dict[str, Any]] = {
     "disk": {"builder": "disk", "radius": "2 m", "center": ["1 m", "2 m"], "facets": 40}
@@ -74,6 +78,14 @@ def enclosed(polyline: np.ndarray) -> float:
     """Its share of the area inside a counter-clockwise boundary, ∮ x dy - y dx over 2."""
     (x, y), (dx, dy) = (polyline[:-1] + polyline[1:]).T / 2, np.diff(polyline, axis=0).T
     return float(np.sum(x * dy - y * dx)) / 2
+
+
+def arcs_area(body: Builder) -> float:
+    """Area of a body bounded by lines and arcs: of the polygon of their ends, and segments."""
+    edges = [edge for loop in body.curves() for edge in loop if isinstance(edge, Edge)]
+    polygon = sum(enclosed(np.array([edge.start, edge.end])) for edge in edges)
+    arcs = [(np.hypot(*np.subtract(e.start, e.centre)), e.angle()) for e in edges if e.centre]
+    return polygon + sum(r**2 * (angle - np.sin(angle)) / 2 for r, angle in arcs)
 
 
 def test_every_builder_is_tested() -> None:
@@ -114,10 +126,11 @@ def test_area_by_cells_and_by_boundary(name: str, built: Callable[[str], MeshDat
     around = boundary_facets(data.cells, data.cell_type)
     assert area == pytest.approx(sum(enclosed(data.points[f]) for f in around), rel=1e-12)
     exact = {"block": 2.0, "wave": 2.0 - 0.02, "cylinder": PI * 32e-6, "graded_block": 0.02}
+    exact["tire"] = arcs_area(spec(**ALL[name])) if "tire" in name else 0.0
     exact["die"] = 1.2 * 0.9 + 0.75**2 * np.arcsin(0.8) - 0.6 * 0.45
     expected = exact[ALL[name]["builder"]]
     expected *= 0.5 if "quarter" in name or name == "wave above" else 1.0
-    assert area == pytest.approx(expected, rel=4e-3 if "di" in name else 1e-12)
+    assert area == pytest.approx(expected, rel=4e-3 if "di" in name or "tire" in name else 1e-12)
 
 
 @pytest.mark.parametrize("name", FLAT)
@@ -131,7 +144,8 @@ def test_outline_is_the_boundary(name: str, built: Callable[[str], MeshData]) ->
         chain = np.arange(len(walk.vertices))
         assert np.array_equal(walk.facets, np.stack([chain[:-1], chain[1:]], axis=1))
         np.testing.assert_allclose(line[[0, -1]], walk.X[[0, -1]], atol=1e-14 * size)
-        error = 2e-3 * size**2 if group in ("arc", "contact", "sole") else 1e-14 * size**2
+        straight = group not in ("arc", "contact", "sole") and "tire" not in name
+        error = (1e-14 if straight else 2e-3) * size**2
         assert enclosed(line) == pytest.approx(enclosed(walk.X), abs=error)
     low, high = spec(**ALL[name]).extent()
     np.testing.assert_allclose(data.points.min(axis=0), low, atol=1e-4 * size)
@@ -238,6 +252,31 @@ def test_cells_grow_away_from_the_fine_edge(built: Callable[[str], MeshData]) ->
     np.testing.assert_allclose(lengths, 0.5e-3, rtol=1e-12)
 
 
+def test_tire_is_smooth_and_symmetric(built: Callable[[str], MeshData]) -> None:
+    """Arcs of either surface meet without a corner; walls are as thick as asked for."""
+    body, data = spec(**TIRE), built("tire")
+    (loop,) = body.curves()
+    smooth, sharp = [], []
+    for before, after in zip(loop, (*loop[1:], loop[0]), strict=True):
+        a, b = before.at(np.array([1 - 1e-7, 1])), after.at(np.array([0, 1e-7]))
+        (ax, ay), (bx, by) = a[1] - a[0], b[1] - b[0]
+        at_flange = any("flange" in name for name in before.groups + after.groups)
+        (sharp if at_flange else smooth).append(
+            abs(np.arctan2(ax * by - ay * bx, ax * bx + ay * by))
+        )
+    assert len(sharp) == 4 and min(sharp) > 0.5
+    assert max(smooth) < 1e-6
+    points = np.round((data.points - [1, 2]) * 1e12).astype(int)
+    assert {tuple(p) for p in points} == {tuple(p) for p in points * [-1, 1]}
+    x, y = (data.surface("inner").X - [1, 2]).T
+    assert y.min() == pytest.approx(0.02, rel=1e-12)
+    assert x.max() == pytest.approx(0.088, rel=2e-3)
+    left, right = data.surface("left_flange").X, data.surface("right_flange").X
+    np.testing.assert_allclose(np.ptp(left[:, 0]), 0.018, rtol=1e-12)
+    np.testing.assert_allclose(np.sort(2 - left[:, 0]), np.sort(right[:, 0]), rtol=1e-12)
+    np.testing.assert_allclose(right[:, 1], 2.15, rtol=1e-15)
+
+
 def test_same_mesh_every_time() -> None:
     first, second = (spec(**DISK).build() for _ in range(2))
     assert np.array_equal(first.points, second.points)
@@ -268,6 +307,16 @@ def test_gmsh_leaves_the_signal_handler_alone() -> None:
         (ROUND["disk"] | {"facets": 12}, "multiple of 8"),
         (ROUND["ring"] | {"outer_radius": "2 m"}, "outer_radius: must be larger"),
         (FINE | {"zone": ["9 mm", "101 mm"]}, "zone: must be a part"),
+        (TIRE | {"rim_width": "200 mm"}, "rim_width: must be smaller than the width"),
+        (TIRE | {"tread_width": "150 mm"}, "tread_width: with both shoulders"),
+        (TIRE | {"crown": "70 mm"}, "crown: must be smaller than half"),
+        (TIRE | {"crown": "65 mm"}, "crown: must be smaller for this tread_thickness"),
+        (TIRE | {"tread_size": "6 mm"}, "tread_size: must not be larger"),
+        (TIRE | {"flange_thickness": "80 mm"}, "flange_thickness: must be smaller than half"),
+        (TIRE | {"wall_thickness": "50 mm"}, "wall_thickness: the inner surface must be wider"),
+        (TIRE | {"inner_shoulder": "90 mm"}, "inner_shoulder: leaves no width"),
+        (TIRE | {"height": "40 mm"}, "height: leaves no room for round sidewalls"),
+        (TIRE | {"tread_thickness": "80 mm", "inner_shoulder": "1 mm"}, "inner surface comes as"),
     ],
 )
 def test_wrong_parameters(table: dict[str, Any], words: str) -> None:

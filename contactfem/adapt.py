@@ -1,0 +1,348 @@
+"""Estimate, decide, and say which meshes and step come next: the adaptive strategy of 2.5."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from contactfem.adaptivity import (
+    AcceptStep,
+    MeshPolicy,
+    MeshReport,
+    Remesh,
+    RepeatStep,
+    StepPolicy,
+    TimedStep,
+    TimeReport,
+    decide_mesh,
+    decide_step,
+)
+from contactfem.case import Case
+from contactfem.contact import Conditions
+from contactfem.discretise import Discretisation
+from contactfem.estimate import BodyErrors, FluxEstimator, StressEstimator, total
+from contactfem.relative_error import RelativeError
+from contactfem.results import ErrorStep, Remeshing
+from contactfem.sizes import (
+    SizeLimits,
+    cell_sizes,
+    equal_error_sizes,
+    goal,
+    predict,
+    predicted_cells,
+    size_field,
+)
+from contactfem.staggered import HeatOutcome
+from contactfem.state import State
+from contactfem.surfaces import Floats, Ints
+from contactfem.time_error import time_error
+from contactfem.timers import Timers
+from contactfem.verdicts import Accept, Experience, NewMeshes, NewSizes, ShorterStep
+
+LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
+ORDER = 1  # of the elements: P1, Q1 and MINI
+
+
+@dataclass
+class _Progress:
+    """What the present step has been through; and how long the meshes have lasted."""
+
+    remeshes: list[Remeshing] = field(default_factory=list)
+    decisions: list[str] = field(default_factory=list)
+    rounds: dict[str, int] = field(default_factory=dict)
+    repeats: int = 0
+
+
+class Adaptation:
+    """Judges solved steps.
+
+    Args:
+        case: The case, with adaptivity.
+        discretisation: The present meshes.
+        timers: Where time is booked.
+        experience: What steps before have taught.
+
+    Attributes:
+        experience: Likewise, with the steps accepted since.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        discretisation: Discretisation,
+        timers: Timers,
+        experience: Experience | None = None,
+    ) -> None:
+        assert case.adaptivity is not None
+        self.case, self.settings, self.timers = case, case.adaptivity, timers
+        self._now = _Progress()
+        self.experience = experience or Experience()
+        self.use(discretisation)
+
+    def use(self, discretisation: Discretisation) -> None:
+        """Go on with these meshes; collective."""
+        self._discretisation = discretisation
+        settings = self.settings
+        self._stress = self._flux = None
+        if self.case.mechanics and settings.for_mechanics() is not None:
+            self._stress = StressEstimator(self.case, discretisation)
+        if discretisation.heat is not None and settings.for_heat() is not None:
+            self._flux = FluxEstimator(self.case, discretisation)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether a step may be taken again when the next one shows its error."""
+        heat = self._discretisation.heat
+        steady = heat is None or heat.system.scheme.steady
+        return self.settings.for_time() is not None and not steady
+
+    def judge(
+        self,
+        state: State,
+        conditions: Sequence[Conditions],
+        heat: HeatOutcome | None,
+        t: float,
+    ) -> NewMeshes | ShorterStep | Accept:
+        """Decide about a step that was solved; collective, the same on all ranks.
+
+        Args:
+            state: The last good state, from which it started.
+            conditions: Contact conditions at its end.
+            heat: Its heat side.
+            t: Time at its end [s].
+
+        Returns:
+            The decision.
+        """
+        with self.timers.book("estimate"):
+            found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
+            if sizes is not None:
+                return NewMeshes(sizes)
+            timed = self._judge_step(state, heat, t)
+        if isinstance(timed, ShorterStep):
+            self._now.repeats += 1
+            return timed
+        dt, eta_time = timed
+        return Accept(dt, self._report(found, eta_time))
+
+    def remeshed(
+        self, before: Discretisation, after: Discretisation, t: float, seconds: float
+    ) -> None:
+        """Note what new meshes were made for the present step.
+
+        Args:
+            before: The old meshes.
+            after: The new ones.
+            t: Time at the start of the step [s].
+            seconds: What it took.
+        """
+        for problem, old, new in _both(before, after):
+            for name, cells in new.items():
+                if cells != old[name] or name in self._asked.get(problem, ()):
+                    reason = self._reasons.get(problem, "")
+                    self._now.remeshes.append(
+                        Remeshing(t, problem, name, old[name], cells, reason, seconds)
+                    )
+        self.use(after)
+
+    def accepted(self, rate: Sequence[Floats], dt: float) -> None:
+        """Note that the present step was accepted; collective.
+
+        Args:
+            rate: Its mean rates of temperature, flat local arrays of the bodies [K/s].
+            dt: Its length [s].
+        """
+        thermal, before = self._discretisation.heat, self.experience
+        rate_square, time = before.rate_square, before.time
+        if thermal is not None and self.repeats:
+            rate_square, time = rate_square + thermal.product(rate, rate) * dt, time + dt
+        age, life = dict(before.age), dict(before.life)
+        for problem in ("mechanics", "heat"):
+            if self._now.rounds.get(problem):
+                life[problem] = float(age.get(problem, 0))
+                age[problem] = 0
+            age[problem] = age.get(problem, 0) + 1
+        self.experience = Experience(age, life, rate_square, time)
+        self._now = _Progress()
+
+    def _judge_meshes(
+        self,
+        conditions: Sequence[Conditions],
+        heat: HeatOutcome | None,
+        t: float,
+        dt: float,
+    ) -> tuple[dict[str, RelativeError], NewSizes | None]:
+        """Errors of both problems, and new sizes if a mesh is to be replaced."""
+        errors: dict[str, list[BodyErrors]] = {}
+        if self._stress is not None:
+            errors["mechanics"] = self._stress(conditions, t)
+        if self._flux is not None and heat is not None:
+            errors["heat"] = self._flux(heat.solution.theta, heat.exchanges, t)
+        found = {problem: total(bodies) for problem, bodies in errors.items()}
+        tolerances = {
+            "mechanics": self.settings.for_mechanics(),
+            "heat": self.settings.for_heat(),
+        }
+        wanted: dict[str, Mapping[str, Floats]] = {}
+        self._asked: dict[str, tuple[str, ...]] = {}
+        self._reasons: dict[str, str] = {}
+        for problem, bodies in errors.items():
+            tolerance = tolerances[problem]
+            assert tolerance is not None
+            chosen = self._sizes(problem, bodies, tolerance, t, dt)
+            if chosen:
+                wanted[problem] = chosen
+                self._asked[problem] = tuple(chosen)
+                self._now.rounds[problem] = self._now.rounds.get(problem, 0) + 1
+        if not wanted:
+            return found, None
+        return found, NewSizes(wanted.get("mechanics", {}), wanted.get("heat", {}))
+
+    def _sizes(
+        self, problem: str, bodies: Sequence[BodyErrors], tolerance: float, t: float, dt: float
+    ) -> Mapping[str, Floats]:
+        """Sizes of new meshes of one problem, by body; empty to keep the present ones."""
+        chosen = [b for b in bodies if self._may_change(_name(self._discretisation, problem, b))]
+        if not chosen:
+            return {}
+        policy = MeshPolicy(tolerance, most_remeshes=self.settings.max_remeshes)
+        kept = total([b for b in bodies if b not in chosen])
+        everything = total(bodies)
+        square = goal(everything, policy.aim * tolerance) - kept.error_square
+        cells = [b.view.data.cells for b in chosen]
+        points = [b.view.data.points for b in chosen]
+        h = np.concatenate([cell_sizes(x, c) for x, c in zip(points, cells, strict=True)])
+        e = np.concatenate([b.errors for b in chosen])
+        new = equal_error_sizes(h, e, max(square, 0.01 * goal(everything, tolerance)), ORDER)
+        sizes, count, error_square, start = {}, 0.0, kept.error_square, 0
+        parts = []
+        for x, c in zip(points, cells, strict=True):
+            part = new[start : start + len(c)]
+            start += len(c)
+            parts.append(size_field(x, c, part, self._limits(x)))
+        scale = self._scale(points, cells, parts)
+        for body, x, c, part in zip(chosen, points, cells, parts, strict=True):
+            name = _name(self._discretisation, problem, body)
+            sizes[name] = scale * part
+            expected = predict(x, c, sizes[name], body.errors, ORDER)
+            count, error_square = count + expected.cells, error_square + expected.error_square
+        expected_error = RelativeError(
+            error_square, everything.norm_square + everything.error_square - error_square
+        )
+        decision = decide_mesh(
+            MeshReport(
+                eta=everything.eta,
+                cells=sum(len(c) for c in cells),
+                predicted_eta=expected_error.eta,
+                predicted_cells=count,
+                remeshes=self._now.rounds.get(problem, 0),
+                steps_left=(self.case.time.end - t) / dt,
+                life=self.experience.life.get(problem, np.inf),
+            ),
+            policy,
+        )
+        self._reasons[problem] = decision.reason
+        self._now.decisions.append(f"{problem}: {decision.reason}")
+        return sizes if isinstance(decision, Remesh) else {}
+
+    def _limits(self, points: Floats) -> SizeLimits:
+        """Limits of one body's cells."""
+        extent = float(np.ptp(points, axis=0).max())
+        largest = self.settings.size_max or extent / LARGEST
+        smallest = self.settings.size_min or largest / SMALLEST
+        return SizeLimits(
+            smallest, max(largest, smallest), self.settings.growth, self.settings.max_cells
+        )
+
+    def _scale(
+        self, points: Sequence[Floats], cells: Sequence[Ints], sizes: Sequence[Floats]
+    ) -> float:
+        """Factor by which all meshes of a problem together keep to the limit on cells."""
+        pairs = zip(points, cells, sizes, strict=True)
+        count = sum(predicted_cells(x, c, s) for x, c, s in pairs)
+        return max(1.0, float(np.sqrt(count / self.settings.max_cells)))
+
+    def _may_change(self, name: str) -> bool:
+        return self.settings.bodies is None or name in self.settings.bodies
+
+    def _judge_step(
+        self, state: State, heat: HeatOutcome | None, t: float
+    ) -> ShorterStep | tuple[float | None, float | None]:
+        """Decide about the length of the step: shorter, or the next length and the error."""
+        tolerance, thermal = self.settings.for_time(), self._discretisation.heat
+        if tolerance is None or heat is None or thermal is None or not self.repeats:
+            return None, None
+        dt = t - state.t
+        pairs = zip(state.theta, heat.solution.theta, strict=True)
+        rate = [np.asarray((after - before) / dt) for before, after in pairs]
+        square = thermal.product(rate, rate)
+        if not state.rate:
+            return None, None
+        change = [b - a for a, b in zip(state.rate, rate, strict=True)]
+        change_square = thermal.product(change, change)
+        older_square = thermal.product(state.rate, state.rate)
+        seen = self.experience
+        least = seen.rate_square / seen.time if seen.time > 0.0 else 0.0
+        newer = time_error(change_square, square, state.dt, dt, least)
+        older = time_error(change_square, older_square, dt, state.dt, least)
+        limits = self.case.time
+        policy = StepPolicy(tolerance, limits.step_min, limits.step_max)
+        report = TimeReport(
+            TimedStep(dt, newer.eta),
+            TimedStep(state.dt, older.eta) if state.repeatable else None,
+            self._now.repeats,
+        )
+        decision = decide_step(report, policy)
+        self._now.decisions.append(f"time: {decision.reason}")
+        if isinstance(decision, RepeatStep):
+            return ShorterStep(decision.dt, decision.back)
+        assert isinstance(decision, AcceptStep)
+        return decision.dt, newer.eta
+
+    def _report(self, found: Mapping[str, RelativeError], time: float | None) -> ErrorStep:
+        """What the step report says of errors and decisions."""
+        mechanics, heat = found.get("mechanics"), found.get("heat")
+        mechanical, thermal = _cells(self._discretisation)
+        return ErrorStep(
+            mechanics=None if mechanics is None else mechanics.eta,
+            mechanics_printed=None if mechanics is None else mechanics.eta_printed,
+            heat=None if heat is None else heat.eta,
+            heat_printed=None if heat is None else heat.eta_printed,
+            time=time,
+            time_printed=None if time is None else time**2,
+            cells=mechanical,
+            thermal_cells=thermal,
+            remeshes=tuple(self._now.remeshes),
+            repeats=self._now.repeats,
+            decisions=tuple(self._now.decisions),
+        )
+
+
+def _name(discretisation: Discretisation, problem: str, errors: BodyErrors) -> str:
+    """Name of the body that errors belong to."""
+    bodies = (
+        {body.name: body.mesh for body in discretisation.bodies.values()}
+        if problem == "mechanics" or discretisation.heat is None
+        else {body.name: body.mesh for body in discretisation.heat.bodies}
+    )
+    return next(name for name, mesh in bodies.items() if mesh is errors.view.mesh)
+
+
+def _cells(discretisation: Discretisation) -> tuple[dict[str, int], dict[str, int]]:
+    """Cells of the mechanical and the thermal meshes, by body."""
+
+    def count(body: object) -> int:
+        topology = body.mesh.mesh.topology  # type: ignore[attr-defined]
+        return int(topology.index_map(topology.dim).size_global)
+
+    mechanical = {name: count(body) for name, body in discretisation.bodies.items()}
+    heat = discretisation.heat
+    return mechanical, {} if heat is None else {body.name: count(body) for body in heat.bodies}
+
+
+def _both(
+    before: Discretisation, after: Discretisation
+) -> list[tuple[str, dict[str, int], dict[str, int]]]:
+    """Cells before and after, of both problems."""
+    old, new = _cells(before), _cells(after)
+    return [("mechanics", old[0], new[0]), ("heat", old[1], new[1])]

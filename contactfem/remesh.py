@@ -1,0 +1,203 @@
+"""New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
+
+import numpy as np
+
+from mpi4py import MPI
+
+from contactfem.case import Case
+from contactfem.condensed import Interface
+from contactfem.contact import History
+from contactfem.discretise import Discretisation, GivenMeshes
+from contactfem.elements import cell_size
+from contactfem.errors import CaseError
+from contactfem.heat import HeatBody
+from contactfem.laws import Trial
+from contactfem.mechanics import BodyProblem
+from contactfem.meshes.data import MeshData
+from contactfem.meshes.size_field import size_field
+from contactfem.state import State
+from contactfem.surfaces import Floats
+from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
+from contactfem.verdicts import NewSizes
+
+NEARLY = 0.05  # relative change of a body's heat by interpolation up to which it is scaled back
+
+
+def new_meshes(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
+    """Advancing-front meshes of the exact geometries; collective.
+
+    With heat every body has a thermal mesh of its own from then on.
+
+    Args:
+        case: The case.
+        present: Has the present meshes.
+        sizes: Wanted sizes.
+
+    Returns:
+        The meshes on the first rank, nothing on the others.
+
+    Raises:
+        CaseError: A body cannot be meshed at these sizes.
+    """
+    comm = present.system.comm
+    found, error = GivenMeshes({}, {}), None
+    if comm.rank == 0:
+        try:
+            found = _made(case, present, sizes)
+        except CaseError as raised:
+            error = raised
+    error = comm.bcast(error)
+    if error is not None:
+        raise error
+    return found
+
+
+def _made(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
+    mechanical = {
+        name: _mesh(case, name, body.mesh.data, sizes.mechanical.get(name))
+        for name, body in present.bodies.items()
+    }
+    if present.heat is None:
+        return GivenMeshes(mechanical, {})
+    thermal = {
+        body.name: _mesh(case, body.name, body.mesh.data, sizes.thermal.get(body.name))
+        for body in present.heat.bodies
+    }
+    return GivenMeshes(mechanical, thermal)
+
+
+def _mesh(case: Case, name: str, data: MeshData | None, sizes: Floats | None) -> MeshData:
+    """The present mesh of a body, or one with new sizes."""
+    assert data is not None
+    if sizes is None:
+        return data
+    keep = [c.at for c in case.conditions if c.body == name and c.at is not None]
+    keep += [probe.at for probe in case.probes.values() if probe.on == name]
+    try:
+        return case.bodies[name].mesh.adapted(size_field(data, sizes), keep)
+    except CaseError as error:
+        raise CaseError(f"{case.path}: bodies.{name}: no adapted mesh: {error}") from None
+
+
+def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: float) -> State:
+    """The state of a run on new meshes; collective. The bodies of both are set to it.
+
+    Displacements, temperatures and slip are interpolated at the nodes. Contact starts from the
+    status of the nearest old node and from the new operators at the present positions; forces
+    follow with the next equilibrium. A body's heat is kept: its interpolated temperatures are
+    scaled.
+
+    Args:
+        old: The present meshes.
+        new: The new ones.
+        state: The last good state on the old meshes.
+        ramp_end: Time at which constant motions are reached [s].
+
+    Returns:
+        That state on the new meshes.
+    """
+    state.restore(old)
+    comm, system = new.system.comm, new.system
+    for name, body in new.bodies.items():
+        _carry_displacement(comm, old.bodies[name], body)
+    u = [body.u.x.array.copy() for body in system.bodies]
+    system.from_fields(u, system.x)
+    system.spread(system.x)
+    pairs = list(zip(old.interfaces, new.interfaces, strict=True))
+    transfers = [_surface(old, new, k) for k in range(len(pairs))]
+    result = State(
+        state.t,
+        system.x.array.copy(),
+        [body.u.x.array.copy() for body in system.bodies],
+        tuple(
+            _history(after, history, transfer, state.t, ramp_end)
+            for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
+        ),
+        [transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
+        guess=tuple(
+            _nearest(transfer, guess)
+            for transfer, guess in zip(transfers, state.starts(), strict=True)
+        ),
+    )
+    if old.heat is not None and new.heat is not None:
+        links = list(zip(old.heat.bodies, new.heat.bodies, strict=True))
+        moves = [VolumeTransfer(comm, a.mesh, b.mesh, a.name) for a, b in links]
+        theta = [
+            _carry_heat(comm, move, a, b, values)
+            for move, (a, b), values in zip(moves, links, state.theta, strict=True)
+        ]
+        new.heat.system.set_held(state.t, theta)
+        for link in new.heat.links:
+            link.deform()
+        result.accept_heat(theta, (), new)
+        result.rate = [
+            _interpolated(comm, move, a, b, values)
+            for move, (a, b), values in zip(moves, links, state.rate, strict=False)
+        ]
+    return result
+
+
+def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:
+    """Interpolate displacements, and the mean stress of MINI; new bubbles are zero."""
+    move = VolumeTransfer(comm, old.mesh, new.mesh, old.name)
+    new.u.x.array[:] = 0.0
+    values = VertexValues(comm, old.mesh, old.vertex_space).replicate(old.u.x.array)
+    VertexValues(comm, new.mesh, new.vertex_space).insert(move(values), new.u.x.array)
+    if old.law.mixed is not None:
+        # The unknown is p h/μ with the mean cell size h
+        scale = cell_size(new.mesh) / cell_size(old.mesh)
+        p = VertexValues(comm, old.mesh, old.V.sub(1)).replicate(old.u.x.array)
+        VertexValues(comm, new.mesh, new.V.sub(1)).insert(scale * move(p), new.u.x.array)
+
+
+def _surface(old: Discretisation, new: Discretisation, k: int) -> SurfaceTransfer:
+    """Transfer along the nonmortar surface of an interface."""
+    side = old.interfaces[k].nodes.nonmortar
+    body = list(old.bodies)[side.body]
+    return SurfaceTransfer(
+        side.surface, new.interfaces[k].nodes.nonmortar.surface, f"{body}: {old.interfaces[k].name}"
+    )
+
+
+def _history(
+    interface: Interface, history: History, transfer: SurfaceTransfer, t: float, ramp_end: float
+) -> History:
+    """What the next step starts from, at the new nodes."""
+    operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
+    pressure, traction = (
+        None if values is None else transfer(values)
+        for values in (history.pressure, history.traction)
+    )
+    return History(operators.D, operators.M, pressure, traction)
+
+
+def _nearest(transfer: SurfaceTransfer, start: Trial | None) -> Trial | None:
+    """Status of the nearest old node."""
+    if start is None:
+        return None
+    at = np.asarray(transfer.matrix.argmax(axis=1)).ravel()
+    return Trial(start.status[at], start.direction[at])
+
+
+def _carry_heat(
+    comm: MPI.Comm, move: VolumeTransfer, old: HeatBody, new: HeatBody, theta: Floats
+) -> Floats:
+    """Interpolate temperatures, and keep the heat that they hold."""
+    result = _interpolated(comm, move, old, new, theta)
+    before, after = (
+        comm.allreduce(float(body.stored(values).sum()))
+        for body, values in ((old, theta), (new, result))
+    )
+    if abs(after - before) <= NEARLY * abs(after):
+        return result * (before / after) if after != 0.0 else result
+    capacity = comm.allreduce(float(new.stored(np.ones_like(result)).sum()))
+    return result + (before - after) / capacity if capacity > 0.0 else result
+
+
+def _interpolated(
+    comm: MPI.Comm, move: VolumeTransfer, old: HeatBody, new: HeatBody, values: Floats
+) -> Floats:
+    result = np.zeros(new.n_dofs)
+    replicated = VertexValues(comm, old.mesh, old.V).replicate(values)
+    VertexValues(comm, new.mesh, new.V).insert(move(replicated), result)
+    return result

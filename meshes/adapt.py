@@ -1,0 +1,115 @@
+"""Triangles of given sizes inside an exact boundary."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from contactfem.errors import MeshError
+from contactfem.meshes.curves import Boundary, enclosed
+from contactfem.meshes.data import Floats, Ints, MeshData, jacobians, mesh_data
+from contactfem.meshes.division import Division, divided
+from contactfem.meshes.gmsh_session import gmsh_session
+from contactfem.meshes.size_field import SizeField
+
+SHORT = 0.7  # of the size: facets below this make the cells around them smaller
+GROWTH = 0.5  # largest increase of the size per distance that makes good triangles
+MAX_CELLS = 5_000_000
+
+
+def adapt(boundary: Boundary, field: SizeField, keep: Floats) -> MeshData:
+    """Frontal-Delaunay mesh with the sizes of a field.
+
+    Nodes divide the curves first, so that no cell is ever moved; they are where the curves place
+    them to the last digit, and corners stay.
+
+    Args:
+        boundary: closed loops of curves.
+        field: wanted sizes; where they grow faster than 0.5 per distance, smaller ones are used.
+        keep: points (k, 2) [m] that become nodes.
+
+    Returns:
+        The mesh, the same for the same arguments.
+
+    Raises:
+        MeshError: the region cannot be meshed at these sizes.
+    """
+    field = field.graded(GROWTH)
+    if field.number_of_cells() > MAX_CELLS:
+        raise MeshError(
+            f"the sizes ask for {field.number_of_cells():.2g} cells; at most {MAX_CELLS} are made"
+        )
+    division = divided(boundary, field, keep)
+    fitting = _fitting(field, division)
+    if fitting is not field:
+        field, division = fitting, divided(boundary, fitting, keep)
+    points, cells = _filled(division, field)
+    data = mesh_data(points, cells, "triangle", division.groups)
+    area = 0.5 * jacobians(data.points, data.cells, "triangle").sum()
+    wanted = sum(enclosed(division.nodes[loop]) for loop in division.loops)
+    if abs(area - wanted) > 1e-9 * wanted:
+        raise MeshError("facets of these sizes cross each other: the boundary needs smaller ones")
+    return data
+
+
+def _fitting(field: SizeField, division: Division) -> SizeField:
+    """Sizes that fit the facets where corners and curves make these much shorter than wanted."""
+    after = np.concatenate([np.roll(loop, -1) for loop in division.loops])
+    start, end = division.nodes, division.nodes[after]
+    middle, length = 0.5 * (start + end), np.hypot(*(end - start).T)
+    short = length < SHORT * field.at(middle)
+    return field.limited(middle[short], length[short], GROWTH) if np.any(short) else field
+
+
+def _filled(division: Division, field: SizeField) -> tuple[Floats, Ints]:
+    """Points, first those given and then those inside, and triangles by gmsh."""
+    given = np.concatenate([division.nodes, division.inner])
+    # gmsh has absolute tolerances, so it gets a region of size one
+    origin, scale = given.min(axis=0), float(np.ptp(given, axis=0).max())
+    with gmsh_session() as gmsh:
+        try:
+            _region(gmsh, division, (given - origin) / scale)
+            _background(gmsh, field, origin, scale)
+            gmsh.model.mesh.generate(2)
+        except Exception as error:  # gmsh raises nothing more special
+            raise MeshError(f"gmsh cannot mesh the region: {error}") from error
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        _, cells = gmsh.model.mesh.getElementsByType(2)
+    order = np.argsort(tags)
+    points = origin + scale * coordinates.reshape(-1, 3)[order, :2]
+    if len(points) < len(given) or np.abs(points[: len(given)] - given).max() > 1e-9 * scale:
+        raise MeshError("gmsh cannot mesh the region: it moved given nodes")
+    points[: len(given)] = given
+    return points, np.searchsorted(tags[order], cells.reshape(-1, 3))
+
+
+def _region(gmsh: Any, division: Division, given: Floats) -> None:
+    """The surface; every facet is a line of its own, which gmsh cannot divide otherwise."""
+    geo = gmsh.model.geo
+    tags = [geo.addPoint(*x, 0.0) for x in given]
+    loops = []
+    for loop in division.loops:
+        ends = [tags[k] for k in (*loop, loop[0])]
+        lines = [geo.addLine(a, b) for a, b in pairwise(ends)]
+        for line in lines:
+            geo.mesh.setTransfiniteCurve(line, 2)
+        loops.append(geo.addCurveLoop(lines))
+    surface = geo.addPlaneSurface(loops)
+    geo.synchronize()
+    gmsh.model.mesh.embed(0, tags[len(division.nodes) :], 2, surface)
+
+
+def _background(gmsh: Any, field: SizeField, origin: Floats, scale: float) -> None:
+    """The sizes, as a view of the old mesh."""
+    corners = ((field.points - origin) / scale)[field.cells]
+    x, y = corners[..., 0], corners[..., 1]
+    rows = np.hstack([x, y, np.zeros_like(x), field.sizes[field.cells] / scale])
+    view = gmsh.view.add("size")
+    gmsh.view.addListData(view, "ST", len(rows), rows.ravel())
+    tag = gmsh.model.mesh.field.add("PostView")
+    gmsh.model.mesh.field.setNumber(tag, "ViewTag", view)
+    gmsh.model.mesh.field.setNumber(tag, "UseClosest", 1)  # else outside is without bound
+    gmsh.model.mesh.field.setAsBackgroundMesh(tag)
+    for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{name}", 0)
+    gmsh.option.setNumber("Mesh.Algorithm", 6)
