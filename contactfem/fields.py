@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,6 +47,22 @@ def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function
     return total
 
 
+def remove_later(directory: Path, names: Iterable[str], segment: int) -> None:
+    """Remove files of later parts of a run, which are written again or do not count.
+
+    Args:
+        directory: where they are.
+        names: file names without suffix and number.
+        segment: number of the first one to remove, at least 2.
+    """
+    stems = set(names)
+    for name in stems:
+        for path in directory.glob(f"{name}_*.bp"):
+            number = path.stem.removeprefix(f"{name}_")
+            if number.isdecimal() and int(number) >= segment and path.stem not in stems:
+                shutil.rmtree(path)
+
+
 @dataclass(frozen=True)
 class _BodyFile:
     displacement: fem.Function
@@ -64,7 +81,7 @@ class FieldWriter:
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
-            suffix: of the file names, for the meshes after the first ones.
+            suffix: of the file names, for parts of a run after the first one.
 
         Raises:
             CaseError: if this dolfinx was built without ADIOS2, which writes them.
@@ -124,7 +141,7 @@ class HeatFieldWriter:
         Args:
             directory: where they go; it exists.
             bodies: the heat problems.
-            suffix: of the file names, for the meshes after the first ones.
+            suffix: of the file names, for parts of a run after the first one.
         """
         self._files = [
             self._open(directory / f"{body.name}_heat{suffix}.bp", body) for body in bodies

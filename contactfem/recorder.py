@@ -70,9 +70,18 @@ class Recorder:
 
                 self._writer = OutputWriter(out, case, command, steps)
                 self._voice = Reporter(case, bar=comm.size == 1)
+                self._clear_fields(out)
             if case.output.fields:
                 comm.barrier()  # the folder is there
                 self._open_fields(out)
+
+    def _clear_fields(self, out: Path) -> None:
+        """Remove the field files of an earlier run, or of what a resumed one does again."""
+        if self._case.output.fields:
+            from contactfem.fields import remove_later
+
+            names = [*self._case.bodies, *(f"{name}_heat" for name in self._case.bodies)]
+            remove_later(out, names, max(self.segment, 2))
 
     def _open_fields(self, out: Path) -> None:
         """Open the field files of the present meshes; collective."""
