@@ -7,15 +7,15 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from contactfem.errors import CheckpointError
 
-Array: TypeAlias = npt.NDArray[Any]
-Tree: TypeAlias = dict[str, Any]  # arrays, or trees, by names without a slash
+type Array = npt.NDArray[Any]
+type Tree = dict[str, Any]  # arrays, or trees, by names without a slash
 
 HEAD = "head"
 
@@ -34,7 +34,7 @@ def write_archive(path: Path, head: dict[str, Any], tree: Tree) -> None:
     arrays = dict(_flat(tree, "/"))
     text = json.dumps({"head": head, "arrays": list(arrays)}).encode()
     whole = io.BytesIO()
-    np.savez(whole, **{HEAD: np.frombuffer(text, dtype=np.uint8)}, **arrays)
+    np.savez(whole, **(arrays | {HEAD: np.frombuffer(text, dtype=np.uint8)}))  # type: ignore[arg-type]
     try:
         with path.open("wb") as file:
             file.write(whole.getbuffer())

@@ -127,7 +127,7 @@ def read_checkpoint(folder: Path) -> tuple[Checkpoint, str]:
             f"{folder}: no {NAME}: the run ended, or was ended, before it wrote one "
             "(output.checkpoint_interval)"
         )
-    complaints = []
+    complaints: list[str] = []
     for path in found:
         try:
             return _read(path), "; ".join(complaints)

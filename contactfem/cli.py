@@ -83,8 +83,9 @@ def parser() -> argparse.ArgumentParser:
 
 def _add_set(verb: argparse.ArgumentParser, text: str) -> None:
     """An option that changes values of the case."""
-    options = {"dest": "overrides", "action": "append", "default": [], "metavar": "KEY=VALUE"}
-    verb.add_argument("--set", help=text, **options)
+    verb.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE", help=text
+    )
 
 
 def _verb(

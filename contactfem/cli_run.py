@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from mpi4py import MPI
 
@@ -20,7 +20,6 @@ from contactfem.resume import Resumption, prepare
 from contactfem.stop import StopSignals
 from contactfem.timers import seconds_since_start
 
-T = TypeVar("T")
 PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
 
 
@@ -120,7 +119,7 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
     return _on_first(comm, found)
 
 
-def _on_first(comm: MPI.Comm, work: Callable[[], T]) -> T:
+def _on_first[T](comm: MPI.Comm, work: Callable[[], T]) -> T:
     """What work gives on rank 0, on all ranks; collective.
 
     Raises:

@@ -81,9 +81,7 @@ class HeatRecord:
         power = outcome.exchanges[k].conduction @ at
         return float(power[: interface.nodes.mesh.n_nonmortar].sum())
 
-    def _grown(
-        self, increments: Increments, stages: Sequence[Sequence[Floats]]
-    ) -> Increments:
+    def _grown(self, increments: Increments, stages: Sequence[Sequence[Floats]]) -> Increments:
         """Increments with those from stage to stage of one more step; collective."""
         scheme = self._thermal.system.scheme
         if scheme.l_stable:

@@ -39,7 +39,7 @@ Writing = Callable[[Moment], str]  # gives why nothing was written; empty if all
 
 
 class Keeper:
-    """Writes checkpoints of a run: by steps or by the clock, before it is stopped, when it gives up.
+    """Writes checkpoints: by steps or by the clock, before a run is stopped, when it gives up.
 
     Args:
         case: The case, which says how often.

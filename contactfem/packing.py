@@ -1,7 +1,7 @@
 """Frozen data of an interface as trees of arrays, and back."""
 
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,8 +10,6 @@ from contactfem.archive import Tree
 from contactfem.contact import Conditions, History, Operators
 from contactfem.heat_interface import HeatExchange, NodalMeans
 from contactfem.laws import Limit, Trial
-
-T = TypeVar("T")
 
 
 def packed(item: Any) -> Tree:
@@ -65,7 +63,7 @@ def exchange(tree: Tree) -> HeatExchange:
     return _unpacked(HeatExchange, tree | {"means": _unpacked(NodalMeans, tree["means"])})
 
 
-def _unpacked(kind: type[T], tree: Tree) -> T:
+def _unpacked[T](kind: type[T], tree: Tree) -> T:
     """A dataclass or a named tuple of its fields; those that are none of arrays as they are."""
     return kind(**{name: _value(part) for name, part in tree.items()})
 

@@ -172,9 +172,7 @@ def _of_heat(heat: Thermal, state: State) -> Tree:
     }
 
 
-def _restore_heat(
-    heat: Thermal, tree: Tree, state: State, discretisation: Discretisation
-) -> None:
+def _restore_heat(heat: Thermal, tree: Tree, state: State, discretisation: Discretisation) -> None:
     fields: dict[str, list[Floats]] = {"temperature": [], "rate": [], "change": []}
     for body in heat.bodies:
         part = tree["bodies"][body.name]

@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: the first is remembered, a second one ends the process at once."""
+"""Signals that ask a run to stop: the first is remembered, a second one ends it at once."""
 
 import os
 import signal
