@@ -9,6 +9,7 @@ from contactfem.case import Case
 from contactfem.element_choice import describe_element
 from contactfem.engineering import engineering
 from contactfem.errors import CaseError, MeshError
+from contactfem.facts import interface_facts
 from contactfem.gaps import obstacle_gap, surface_gap
 from contactfem.heat_words import heat_words
 from contactfem.listing import listing
@@ -221,6 +222,9 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
             gap = surface_gap(line, lines[other][face])
         size = float(np.linalg.norm(np.ptp(line, axis=0)))
         yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {_gap(gap, size)}"
+        if case.axes == 2:
+            for text in interface_facts(case, sides):
+                yield "", text
 
 
 def _gap(gap: float | None, size: float) -> str:

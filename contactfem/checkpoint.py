@@ -31,6 +31,7 @@ class Progress:
         segment: Number of the present field files.
         pending: Whether the last step is not recorded yet, as it may be taken again.
         experience: What adaptivity remembers of earlier steps; None without it.
+        warnings: What to doubt about accepted steps.
     """
 
     dt: float
@@ -41,6 +42,7 @@ class Progress:
     segment: int = 0
     pending: bool = False
     experience: Experience | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def t(self) -> float:

@@ -37,7 +37,7 @@ class Condensed:
 
     Args:
         system: The bodies.
-        interfaces: The interfaces; no nonmortar node belongs to two of them.
+        interfaces: The interfaces; no node with a multiplier is on two of their surfaces.
         timers: Where time is booked.
     """
 

@@ -13,7 +13,9 @@ from mpi4py import MPI
 from contactfem import functions
 from contactfem.case import Case
 from contactfem.condensed import Interface
+from contactfem.constants import constants, search_radius
 from contactfem.contact import Contact, ContactLaw
+from contactfem.crosspoints import Side, check_shared, shared_nodes
 from contactfem.element_choice import element_of
 from contactfem.errors import CaseError
 from contactfem.forms.energies import (
@@ -36,7 +38,6 @@ from contactfem.laws import (
     FrictionLaw,
     Tresca,
     VariableCoulomb,
-    contact_scale,
     frictionless,
 )
 from contactfem.mechanics import BodyProblem, Law, Load
@@ -46,8 +47,7 @@ from contactfem.model import AXES
 from contactfem.numbering import Grip, Prescribed
 from contactfem.rigid import free_rigid_modes
 from contactfem.scene import Condition, Friction, Material, Plane, Polyline
-from contactfem.scene import Interface as InterfaceModel
-from contactfem.surfaces import Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import System
 from contactfem.tables import constant
 from contactfem.timers import Timers
@@ -56,9 +56,7 @@ if TYPE_CHECKING:
     from contactfem.thermal import Thermal
 
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
-PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
-SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
 
 @dataclass(frozen=True)
@@ -139,11 +137,14 @@ def discretise(
                 held.append(f"{name} on the axis.x")
         kept = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
         system = System(comm, list(bodies.values()), prescribed, grips, kept)
+        shared = shared_nodes(
+            {name: _vertices_of(case, name, index, meshes) for name in case.interfaces}
+        )
         interfaces = tuple(
-            Interface(name, *_interface(case, name, system, index, meshes))
+            Interface(name, *_interface(case, name, system, index, meshes, shared[name]))
             for name in (case.interfaces if case.mechanics else ())
         )
-        _refuse_shared_nodes(interfaces)
+        check_shared({interface.name: interface.nodes.mesh for interface in interfaces})
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
     thermal = None
     if case.heat is not None:
@@ -170,11 +171,10 @@ def _heat(
         sides = {}
         for name, interface in case.interfaces.items():
             body, _, surface = interface.nonmortar.partition(".")
-            X = meshes[body].surface(surface).X
+            face = meshes[body].surface(surface)
             rigid = interface.mortar in case.obstacles
-            obstacle = _obstacle(case, interface.mortar, X) if rigid else None
-            longest = float(_lengths(X, meshes[body].surface(surface).facets).max())
-            sides[name] = obstacle, _search_radius(interface, X, longest), free.get(name)
+            obstacle = _obstacle(case, interface.mortar, face.X) if rigid else None
+            sides[name] = obstacle, search_radius(interface, face), free.get(name)
         return discretise_heat(case, bodies, thermal, sides, comm, timers)
 
 
@@ -297,8 +297,27 @@ def _vertices(condition: Condition, meshes: dict[str, BodyMesh], comm: MPI.Comm)
     return mesh.surface(condition.surface).vertices
 
 
+def _vertices_of(
+    case: Case, name: str, index: dict[str, int], meshes: dict[str, BodyMesh]
+) -> tuple[Side, Side | None]:
+    """Bodies and vertices of both sides of an interface."""
+
+    def side(on: str) -> Side:
+        body, _, surface = on.partition(".")
+        return index[body], meshes[body].surface(surface).vertices
+
+    interface = case.interfaces[name]
+    rigid = interface.mortar in case.obstacles
+    return side(interface.nonmortar), None if rigid else side(interface.mortar)
+
+
 def _interface(
-    case: Case, name: str, system: System, index: dict[str, int], meshes: dict[str, BodyMesh]
+    case: Case,
+    name: str,
+    system: System,
+    index: dict[str, int],
+    meshes: dict[str, BodyMesh],
+    shared: Bools,
 ) -> tuple[InterfaceNodes, Contact]:
     """Nodes and laws of one interface."""
     interface = case.interfaces[name]
@@ -313,32 +332,25 @@ def _interface(
         body, _, surface = interface.mortar.partition(".")
         mortar = BodySide(index[body], meshes[body].surface(surface))
         E_mortar = system.bodies[index[body]].law.youngs_modulus
-    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier)
-    lengths = _lengths(nodes.X, nodes.mesh.nonmortar)
-    around = np.bincount(nodes.mesh.nonmortar.ravel(), np.repeat(lengths, 2))
-    h = around / np.bincount(nodes.mesh.nonmortar.ravel())
-    h_mortar = float(_lengths(nodes.X, nodes.mesh.mortar).mean())
-    friction = interface.friction
-    c = contact_scale(h, E_nonmortar, h_mortar, E_mortar)
-    normal, tangential = compliances(interface, c)
+    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier, shared)
+    found = constants(
+        interface,
+        nonmortar.surface,
+        (E_nonmortar, E_mortar),
+        mortar.surface if isinstance(mortar, BodySide) else None,
+    )
     law = ContactLaw(
-        friction=friction_law(friction),
-        c=c,
-        c_n=interface.normal.c_factor,
-        c_t=interface.normal.c_factor * (friction.c_factor if friction else 1.0),
+        friction=friction_law(interface.friction),
+        c=found.c,
+        c_n=found.c_n,
+        c_t=found.c_t,
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=_search_radius(interface, nonmortar.surface.X, float(lengths.max())),
-        normal_compliance=normal,
-        tangential_compliance=tangential,
+        search_radius=found.search_radius,
+        normal_compliance=found.normal_compliance,
+        tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
-
-
-def _search_radius(interface: InterfaceModel, X: Floats, longest: float) -> float:
-    """How far apart the surfaces look for each other [m], by the nodes X and longest facet [m]."""
-    extent = float(np.hypot(*np.ptp(X, axis=0)))
-    return interface.search_radius or max(SEARCH_SHARE * extent, 2 * longest)
 
 
 def friction_law(friction: Friction | None) -> FrictionLaw:
@@ -351,28 +363,6 @@ def friction_law(friction: Friction | None) -> FrictionLaw:
         table = friction.coefficient_table
         return VariableCoulomb(table.variable, table.table)
     return Coulomb(friction.coefficient or 0.0)
-
-
-def compliances(interface: InterfaceModel, c: Floats) -> tuple[Floats, Floats]:
-    """Compliances 1/ε_N and 1/c_T of an interface, zero where its law is exact.
-
-    Args:
-        interface: The interface of the case.
-        c: Stiffness of the facets that touch [Pa/m], (n_nonmortar,).
-
-    Returns:
-        Normal and tangential compliance [m/Pa], (n_nonmortar,) each.
-    """
-    normal, friction = interface.normal, interface.friction
-    if normal.law == "multiplier":
-        return np.zeros_like(c), np.zeros_like(c)
-    epsilon = PENALTY * normal.penalty_factor * c
-    if normal.penalty is not None:
-        epsilon = np.full_like(c, normal.penalty)
-    c_T = epsilon * (friction.penalty_factor if friction else 1.0)
-    if friction and friction.penalty is not None:
-        c_T = np.full_like(c, friction.penalty)
-    return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
@@ -417,34 +407,3 @@ def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:
     size = float(np.ptp(np.concatenate([s.X for s in mesh.surfaces.values()]), axis=0).max())
     modes = free_rigid_modes(X, mask, X.mean(0), size, rotation_held=rotation_held)
     return len(modes) > 0
-
-
-def _lengths(X: Floats, facets: Ints) -> Floats:
-    edge = X[facets[:, 1]] - X[facets[:, 0]]
-    return np.hypot(edge[:, 0], edge[:, 1])
-
-
-def _refuse_shared_nodes(interfaces: tuple[Interface, ...]) -> None:
-    """A nonmortar node's forces are eliminated once: it must not stand in two interfaces."""
-    seen: dict[int, str] = {}
-    for interface in interfaces:
-        mesh: InterfaceMesh = interface.nodes.mesh
-        for unknown in _numbers(interface.nodes.unknown[: mesh.n_nonmortar][mesh.carries]):
-            if unknown in seen:
-                raise CaseError(
-                    f"interfaces {seen[unknown]} and {interface.name} share a nonmortar node; "
-                    "split the surface or make it the mortar side of one of them"
-                )
-            seen[unknown] = interface.name
-    for interface in interfaces:
-        for unknown in _numbers(interface.nodes.unknown[interface.nodes.mesh.n_nonmortar :]):
-            if unknown in seen:
-                raise CaseError(
-                    f"a node is nonmortar in interface {seen[unknown]} and mortar in "
-                    f"{interface.name}; swap the sides of one of them"
-                )
-
-
-def _numbers(unknown: Ints) -> list[int]:
-    """Unknowns that there are, each once."""
-    return [int(number) for number in np.unique(unknown[unknown >= 0])]

@@ -110,7 +110,10 @@ class HeatNodes:
         n = len(nonmortar.surface.X)
         X = np.vstack((nonmortar.surface.X, second.X))
         facets = nonmortar.surface.facets, second.facets + n
-        self.mesh = InterfaceMesh(n, *facets, X, free, axisymmetric=axisymmetric)
+        directions = None if self._rigid is None else self._rigid.directions
+        self.mesh = InterfaceMesh(
+            n, *facets, X, free, axisymmetric=axisymmetric, directions=directions
+        )
         self._sources = [_source(bodies[nonmortar.body], nonmortar, 0)]
         if isinstance(mortar, BodySide):
             self._sources.append(_source(bodies[mortar.body], mortar, n))

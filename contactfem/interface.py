@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from contactfem.directions import OfCircle, of_plane
 from contactfem.meshes.data import Surface
-from contactfem.surfaces import Basis, Floats, InterfaceMesh, Ints
+from contactfem.surfaces import Basis, Bools, Directions, Floats, InterfaceMesh, Ints
 from contactfem.system import System
 from contactfem.tables import Table
 
@@ -27,11 +28,13 @@ class RigidSide:
         X: Nodes at time 0 [m], (n, 2).
         facets: Facets with the obstacle on the left, (k, 2).
         displacement: x and y over time [m].
+        directions: Of contact with it; None for the nonmortar side's normals.
     """
 
     X: Floats
     facets: Ints
     displacement: tuple[Table, Table]
+    directions: Directions | None
 
 
 class InterfaceNodes:
@@ -42,6 +45,7 @@ class InterfaceNodes:
         nonmortar: Nonmortar side.
         mortar: Mortar side.
         basis: Of the multiplier.
+        shared: Nonmortar nodes that are on another surface of an interface too.
     """
 
     def __init__(
@@ -50,6 +54,7 @@ class InterfaceNodes:
         nonmortar: BodySide,
         mortar: BodySide | RigidSide,
         basis: Basis = "dual",
+        shared: Bools | None = None,
     ) -> None:
         self.comm = system.comm
         self.nonmortar = nonmortar
@@ -70,9 +75,11 @@ class InterfaceNodes:
         self.unknown = self.comm.allreduce(found) - 1
         tied = (self.unknown >= 0) & (self.unknown < len(system.grips))
         free = (self.unknown >= 0) & ~tied
+        directions = None if self._rigid is None else self._rigid.directions
         self.mesh = InterfaceMesh(
-            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric
-        )
+            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric,
+            directions, shared,
+        )  # fmt: skip
         self._system = system
 
     @property
@@ -151,9 +158,8 @@ def plane_side(
     n = np.asarray(normal, float)
     n = n / np.hypot(*n)
     along = extent * np.array((-n[1], n[0]))  # outward normal (dy, -dx) of b - a
-    return RigidSide(
-        np.asarray(point) + np.array((-along, along)), np.array(((0, 1),)), displacement
-    )
+    X = np.asarray(point) + np.array((-along, along))
+    return RigidSide(X, np.array(((0, 1),)), displacement, of_plane)
 
 
 def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, Table]) -> RigidSide:
@@ -169,7 +175,7 @@ def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, Table
     """
     ends = np.arange(len(points) - (0 if closed else 1))
     facets = np.column_stack((ends, (ends + 1) % len(points)))
-    return RigidSide(points, facets, displacement)
+    return RigidSide(points, facets, displacement, of_plane if len(facets) == 1 else None)
 
 
 def circle_side(
@@ -196,4 +202,5 @@ def circle_side(
     r = radius * (1 + (1 - np.cos(np.pi / facets)) / 3)
     X = np.asarray(centre) + r * np.column_stack((np.cos(turn), np.sin(turn)))
     ends = np.arange(facets)
-    return RigidSide(X, np.column_stack((ends, (ends + 1) % facets)), displacement)
+    pairs = np.column_stack((ends, (ends + 1) % facets))
+    return RigidSide(X, pairs, displacement, OfCircle(inside))

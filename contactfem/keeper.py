@@ -91,7 +91,14 @@ class Keeper:
         where = f"{self._folder}: stopped after step {step}, t = {moment.state.t:g} s"
         if trouble:
             raise WriteError(f"{where}; {trouble}")
-        raise Interrupted(f"{where}; 'contactfem resume {self._folder}' goes on from there")
+        raise Interrupted(f"{where}{self.hint}")
+
+    @property
+    def hint(self) -> str:
+        """How to go on from a checkpoint, to be appended to a sentence."""
+        if self._folder is None:
+            return ""
+        return f"; 'contactfem resume {self._folder}' goes on from there"
 
     def finish(self, moment: Moment) -> str:
         """Write the end of a run that has written checkpoints before, so that it can be extended.

@@ -53,6 +53,7 @@ INTERFACE_UNITS = {
     "stick_edge_max": "m",
     "gap_min": "m",
     "slip_max": "m",
+    "moment_defect": "",
     "active": "",
     "stick": "",
     "slip": "",
@@ -275,6 +276,7 @@ def measure(result: RunResult) -> dict[str, float]:
         found = _of_interface(table, solution, result.case.strain == "small")
         if result.steps:
             found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
+            found["moment_defect"] = result.steps[-1].moment_defects.get(table.name, math.nan)
         found |= heat_of_interface(table)
         values |= {f"{table.name}.{key}": value for key, value in found.items()}
     if result.steps and result.steps[-1].heat is not None:

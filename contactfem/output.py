@@ -182,6 +182,7 @@ def summarise(
         "versions": versions(),
         "converged": result.converged,
         "message": result.message,
+        "warnings": list(result.warnings),
         "passed": ended and all(verdict.passed for verdict in verdicts),
         "verdicts": [asdict(verdict) for verdict in verdicts],
         "sizes": result.sizes,
@@ -244,6 +245,7 @@ class OutputWriter:
         header = [*columns.values(), "residual"]
         for name in self.case.interfaces:
             header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
+            header.append(f"{name}.moment_defect")
         if self.case.heat is not None:
             header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
             power = force.replace("N", "W")
@@ -254,7 +256,8 @@ class OutputWriter:
         row = [getattr(report, name) for name in STEP_COLUMNS]
         row.append(report.residuals[-1] if report.residuals else math.nan)
         for name in self.case.interfaces:
-            row += report.forces.get(name, (0.0, 0.0))
+            forces = report.forces.get(name, (0.0, 0.0))
+            row += [*forces, report.moment_defects.get(name, 0.0)]
         if report.heat is not None:
             heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
             row += [heat[name] for name in HEAT_COLUMNS]

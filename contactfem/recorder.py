@@ -153,10 +153,10 @@ class Recorder:
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 
-    def trouble(self, text: str) -> None:
-        """Say what went wrong though the run goes on, if anything did."""
-        if self._voice is not None and text:
-            self._voice.say(text)
+    def warning(self, text: str) -> None:
+        """Say what is doubtful though the run goes on."""
+        if self._voice is not None:
+            self._voice.say(f"WARNING: {text}")
 
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank.

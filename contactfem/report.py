@@ -218,6 +218,8 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
             console.print(table)
     if not summary["converged"]:
         console.print(f"The run stopped: {summary['message']}", markup=False, style="bold red")
+    for warning in summary.get("warnings", ()):
+        console.print(f"WARNING: {warning}", markup=False, style="yellow")
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -119,6 +119,7 @@ class StepReport:
         forces: resultant (Fx, Fy) on the mortar side, per interface [N/m].
         dissipation: frictional work of the step [J/m].
         wall: wall-clock time of the step, failed attempts included [s].
+        moment_defects: moment that the forces of both sides leave over, relative, per interface.
         heat: heat in the step; None where it is not solved for.
         errors: estimated errors; None without adaptivity.
     """
@@ -135,6 +136,7 @@ class StepReport:
     forces: dict[str, tuple[float, float]]
     dissipation: float
     wall: float
+    moment_defects: dict[str, float] = field(default_factory=dict)
     heat: HeatStep | None = None
     errors: ErrorStep | None = None
 
@@ -227,6 +229,7 @@ class RunResult:
         sizes: numbers of unknowns, cells, nodes, ranks, by name.
         converged: whether the end time was reached.
         message: why it was not, else empty.
+        warnings: what to doubt about accepted steps.
     """
 
     case: Case
@@ -239,4 +242,5 @@ class RunResult:
     sizes: dict[str, int]
     converged: bool
     message: str
+    warnings: tuple[str, ...] = ()
     heat: tuple[BodyPicture, ...] = ()

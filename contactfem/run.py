@@ -13,24 +13,24 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.balance import defects
 from contactfem.case import Case
 from contactfem.checkpoint import Checkpoint, Origin, Progress
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
-from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
+from contactfem.first_contact import first_contact
 from contactfem.jit_cache import compiling
 from contactfem.keeper import Keeper, Moment, Writing
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.outcome import outcome
 from contactfem.recorder import Recorder
 from contactfem.results import ErrorStep, RunResult, StepReport
-from contactfem.scene import Condition
 from contactfem.snapshot import meshes, restored
 from contactfem.state import State, initial_state
-from contactfem.surfaces import Bools, Floats
-from contactfem.tables import Table
+from contactfem.stops import stops
 from contactfem.timers import Timers
 from contactfem.verdicts import Accept, Experience, NewMeshes, ShorterStep, Verdict
 
@@ -38,9 +38,6 @@ if TYPE_CHECKING:
     from contactfem.adapt import Adaptation
     from contactfem.staggered import HeatOutcome
     from contactfem.thermal import Thermal
-
-TOUCH = 1e-9  # gap over facet length at which surfaces touch
-FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
 @dataclass(frozen=True)
@@ -104,7 +101,8 @@ def run_case(
             message = loop.run()
             loop.flush()
             timers.add("total", time.perf_counter() - start)
-            result = _result(case, loop.discretisation, loop, timers, message)
+            last = loop.discretisation, loop.state, loop.progress()
+            result = outcome(case, *last, timers, message)
             recorder.finish(result)
     return result
 
@@ -145,10 +143,11 @@ class _Loop:
         self.adaptation = _adaptation(case, discretisation, timers, start.experience)
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
+        self.warnings = list(start.warnings)
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
-        self.stops = _stops(case)
+        self.stops = stops(case)
         self.alone = self._alone()
 
     def _alone(self) -> frozenset[int]:
@@ -173,6 +172,7 @@ class _Loop:
             self.recorder.segment,
             self.pending is not None,
             None if self.adaptation is None else self.adaptation.experience,
+            tuple(self.warnings),
         )
 
     def run(self) -> str:
@@ -183,25 +183,27 @@ class _Loop:
             while True:
                 step = clipped(self.state.t, self.dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
-                if solved.converged:
+                decision = after_failure(step, cutbacks, self.limits)
+                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
                     if isinstance(verdict, Accept):
                         break
                     self.dt, self.easy = self._again(verdict, self.dt), []
                     continue
                 self.state.restore(self.discretisation)
-                reason = self._why(solved)
-                decision = after_failure(step, cutbacks, self.limits)
+                reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     self.dt, self.easy = first  # other limits may let the step succeed
                     self._keep(self.keeper.write)
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
                         f"{reason}; {decision.reason}. The last good state, "
-                        f"t = {self.state.t:g} s, is written"
+                        f"t = {self.state.t:g} s, is written{self.keeper.hint}"
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
+            if solved.doubt:
+                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             self._choose_step(report.iterations, verdict.dt)
@@ -217,7 +219,8 @@ class _Loop:
     def _keep(self, write: Writing) -> None:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
         moment = Moment(self.discretisation, self.state, self.before, self.progress())
-        self.recorder.trouble(write(moment))
+        if trouble := write(moment):
+            self._warn(trouble)
 
     def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
         """What becomes of a step that was solved; collective."""
@@ -274,6 +277,11 @@ class _Loop:
             self.recorder.step(report, self.state)
         else:
             self.pending = report, copy.copy(self.state)
+
+    def _warn(self, text: str) -> None:
+        """Accept what no smaller step mends, but say so."""
+        self.warnings.append(text)
+        self.recorder.warning(text)
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
@@ -364,6 +372,10 @@ class _Loop:
             forces=_forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
+            moment_defects={
+                interface.name: defects(c)[1]
+                for interface, c in zip(self.discretisation.interfaces, conditions, strict=True)
+            },
             heat=warmed,
             errors=errors,
         )
@@ -397,53 +409,6 @@ class _HeatSide:
         self.record = HeatRecord(thermal)
 
 
-def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
-    """Status that a first contact starts from: some nodes stick for one iteration.
-
-    Args:
-        gap: Mean gap of the nodes [m], (n,).
-        size: Facet length of the nodes [m], (n,).
-        seen: Nodes that carry a multiplier and face the other side, (n,).
-        held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
-            the lowest 30 % of the range of gaps close, otherwise those that touch.
-
-    Returns:
-        Status of every node; None where no node touches and none has to.
-    """
-    stick = seen & (np.abs(gap) <= TOUCH * size)
-    if held_by_contact and seen.any():
-        low, high = gap[seen].min(), gap[seen].max()
-        stick = seen & (gap <= low + FIRST_CONTACT * (high - low))
-    if not stick.any():
-        return None
-    status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
-    return Trial(status, np.zeros(len(gap)))
-
-
-def _stops(case: Case) -> list[float]:
-    """Times that a step must end at: corners of tables, times of output, the end."""
-    tables = [t for c in case.conditions for t in _tables(c)]
-    tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
-    tables += [body.temperature for body in case.bodies.values()]
-    tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
-    for interface in case.interfaces.values():
-        given = (interface.heat.pressure, interface.heat.dissipation)
-        tables += [table for table in given if table is not None]
-    times = {t for table in tables for t in table.times} | set(case.output.times)
-    return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
-
-
-def _tables(condition: Condition) -> list[Table]:
-    """All values over time of a condition."""
-    given = [condition.traction, condition.body_force]
-    given += [condition.grip.force] if condition.grip else []
-    tables = [table for group in given if group for table in group.values()]
-    tables += [condition.pressure] if condition.pressure else []
-    tables += [condition.field] if isinstance(condition.field, Table) else []
-    tables += [condition.convection.ambient] if condition.convection else []
-    return tables + list(condition.components().values())
-
-
 def _forces(
     discretisation: Discretisation, conditions: Sequence[Conditions]
 ) -> dict[str, tuple[float, float]]:
@@ -453,31 +418,3 @@ def _forces(
         force = -c.nodal_forces()[len(c.multiplier) :].sum(0)
         result[interface.name] = (float(force[0]), float(force[1]))
     return result
-
-
-def _result(
-    case: Case, discretisation: Discretisation, loop: _Loop, timers: Timers, message: str
-) -> RunResult:
-    """Gather everything on the first rank; collective."""
-    with timers.book("output"):
-        pictures = body_pictures(discretisation)
-        heat = heat_pictures(discretisation, loop.state)
-        probes = probe_values(case, pictures, heat)
-        tables = interface_tables(discretisation, loop.state)
-    reactions: dict[str, tuple[float, ...]] = {
-        name: (force,) for name, force in zip(discretisation.held, loop.reactions, strict=False)
-    }
-    system = discretisation.system
-    sizes = {
-        "unknowns": system.numbering.n_global,
-        "ranks": system.comm.size,
-        "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
-    }
-    if discretisation.heat is not None:
-        sizes["temperatures"] = discretisation.heat.system.numbering.n_global
-    seconds = dict(timers.seconds)
-    seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
-    return RunResult(
-        case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message, tuple(heat),
-    )  # fmt: skip

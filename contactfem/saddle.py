@@ -29,7 +29,7 @@ class Saddle(Condensed):
 
     Args:
         system: The bodies, with two multipliers per nonmortar node of every interface.
-        interfaces: The interfaces; no nonmortar node belongs to two of them.
+        interfaces: The interfaces; no node with a multiplier is on two of their surfaces.
         timers: Where time is booked.
     """
 

@@ -1,6 +1,6 @@
 """The two surfaces of an interface as plain arrays, and the normal field of the nonmortar one."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -33,6 +33,10 @@ class InterfaceMesh:
         axisymmetric: Whether integrals over the interface run around the axis x = 0, with the
             weight 2πx [m]: its forces are then those of the whole circumference, and integrals are
             in [m²] where "[m]" is said.
+        directions: Unit normals of the nonmortar nodes and their derivatives, each with respect to
+            the node's own position, where a rigid mortar side gives them; None for averaged ones.
+        shared: Nonmortar nodes that are on another surface of an interface too, shape (n,); None
+            for none.
     """
 
     n_nonmortar: int
@@ -42,6 +46,8 @@ class InterfaceMesh:
     free: Bools
     basis: Basis = "dual"
     axisymmetric: bool = False
+    directions: "Directions | None" = None
+    shared: Bools | None = None
 
     @property
     def n_nodes(self) -> int:
@@ -51,9 +57,10 @@ class InterfaceMesh:
     @cached_property
     def carries(self) -> Bools:
         """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
-        n = _averaged(self, self.X)[0]
+        n = averaged_normals(self, self.X)[0]
         free = self.free[: self.n_nonmortar]
-        return np.asarray(free.all(1) | (free & (np.abs(n) > 0.5)).any(1))
+        moves = free.all(1) | (free & (np.abs(n) > 0.5)).any(1)
+        return np.asarray(moves if self.shared is None else moves & ~self.shared)
 
     @cached_property
     def neighbours(self) -> Ints:
@@ -62,6 +69,9 @@ class InterfaceMesh:
         result[self.nonmortar[:, 1], 0] = self.nonmortar[:, 0]
         result[self.nonmortar[:, 0], 1] = self.nonmortar[:, 1]
         return result
+
+
+Directions = Callable[[InterfaceMesh, Floats], tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True)
@@ -94,6 +104,9 @@ class NormalField:
 def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     """Averaged nodal normals, n_j = Σ n_f / |Σ n_f| over the facets at j, with derivative.
 
+    Where the mortar side is rigid and gives the direction of contact, that one instead: the last
+    facet of an end that lifts off leans, and with averaged normals the force on it would, too.
+
     A node that is held in one direction (a symmetry line) has its normal in the other one: the
     mirrored facet would average it so, and contact can only act there.
 
@@ -104,7 +117,20 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     Returns:
         The normal field.
     """
-    n, length = _averaged(mesh, x)
+    n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
+    free = mesh.free[: mesh.n_nonmortar]
+    held = mesh.carries & ~free.all(1)
+    n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
+    blocks[held] = 0.0
+    own = np.arange(mesh.n_nonmortar)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
+    return NormalField(n, around, blocks, mesh.n_nodes)
+
+
+def _averaged_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged normals (n, 2) and their derivative by previous, own and next node, (n, 2, 3, 2)."""
+    n, length = averaged_normals(mesh, x)
     ends = mesh.nonmortar
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     size = np.hypot(edge[:, 0], edge[:, 1])
@@ -112,20 +138,22 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     nf = np.column_stack((t[:, 1], -t[:, 0]))
     # d n_f = -n_f-component of the edge's turn: (1/L) (t (n_f . d edge)) with the sign of (dy, -dx)
     turn = -np.einsum("fi,fj->fij", t, nf) / size[:, None, None]
-    free = mesh.free[: mesh.n_nonmortar]
-    held = mesh.carries & ~free.all(1)
     project = (np.eye(2) - np.einsum("ji,jk->jik", n, n)) / length[:, None, None]
-    project[held] = 0.0
-    n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
     blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
     for end, before, after in ((0, 1, 2), (1, 0, 1)):  # a has the facet after it, b before it
         block = project[ends[:, end]] @ turn
         blocks[ends[:, end], :, before] -= block
         blocks[ends[:, end], :, after] += block
-    own = np.arange(mesh.n_nonmortar)
-    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
-    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
-    return NormalField(n, around, blocks, mesh.n_nodes)
+    return n, blocks
+
+
+def _given_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """As `_averaged_field`, of normals that a rigid mortar side gives."""
+    assert mesh.directions is not None
+    n, by_own = mesh.directions(mesh, x)
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    blocks[:, :, 1] = by_own
+    return n, blocks
 
 
 def half_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
@@ -174,8 +202,16 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
     return half.astype(np.float64), _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
 
 
-def _averaged(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
-    """Averaged unit normals and the length of the sums they come from."""
+def averaged_normals(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged unit normals of the nonmortar nodes and the length of the sums they come from.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Normals [-], shape (n_nonmortar, 2), and lengths [-], (n_nonmortar,).
+    """
     edge = x[mesh.nonmortar[:, 1]] - x[mesh.nonmortar[:, 0]]
     edge = edge / np.hypot(edge[:, 0], edge[:, 1])[:, None]
     total = np.zeros((mesh.n_nonmortar, 2))

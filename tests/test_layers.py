@@ -12,30 +12,30 @@ ROOT = Path(__file__).resolve().parents[1]
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
     errors dimensions tables functions units timers laws results verdicts magnification references
-    control
-    forms kernels _kernels homogeneous engineering overrides profiles
+    control forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
     meshes model scene element_choice heat_measure measure
     contradictions heat_links case_links case_errors case listing
-    gaps rigid boxes nearest shapes location
+    gaps rigid boxes nearest shapes location constants facets
     archive checkpoint
-    expect heat_words check mesh_files
-    charts interface_figure pictures heat_figure figures output report terminal resume stop
+    expect facts heat_words check mesh_files
+    charts interface_figure pictures heat_figure figures output report terminal resume
+    stop stops
     recovery constrained_recovery interface_recovery relative_error space_error time_error
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat jit_cache meshing blocks transfer mesh_view boundary_data
-    surfaces segments mortar
-    contact rim
-    elements mechanics numbering system tangent interface coupling condensed saddle stability
+    surfaces directions crosspoints segments mortar
+    contact balance rim
+    elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
     newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields discretise diagnosis state staggered heat_record
     estimate remesh adapt gathering recorder
-    packing snapshot keeper run
+    packing snapshot keeper first_contact outcome run
     suite cli_run cli
 """
 ORDER = (PLAIN + PARALLEL).split()

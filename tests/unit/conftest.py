@@ -123,7 +123,7 @@ def make_step(step: int, residuals: tuple[float, ...]) -> StepReport:
     load = {"sole": (SHEAR * max(0, step - 2) / 2, -LOAD * min(step, 2) / 2)}
     return StepReport(
         step, 0.25 * step, 0.25, len(residuals) - 1, int(step == 3), residuals,
-        20, 30, 11, load, 1e-6 * step, 0.3,
+        20, 30, 11, load, 1e-6 * step, 0.3, {"sole": 1e-4 * step},
     )  # fmt: skip
 
 

@@ -226,7 +226,7 @@ def test_a_run_outlives_a_checkpoint_that_cannot_be_written(tmp_path):
     """And says so each time; a run that cannot write its results ends with one line."""
     done = limited(20_000, "run", str(SLIDE), "--out", str(tmp_path), *SHORT)
     assert done.returncode == 0, done.stderr
-    line = f"{tmp_path / 'checkpoint.npz'}: not written: File too large"
+    line = f"WARNING: {tmp_path / 'checkpoint.npz'}: not written: File too large"
     assert done.stdout.splitlines().count(line) == 3
     failed = limited(1000, "run", str(SLIDE), "--out", str(tmp_path), *SHORT)
     assert failed.returncode == 3

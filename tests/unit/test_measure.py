@@ -24,6 +24,7 @@ def test_interface_numbers_of_the_closed_form(make_run, solution):
     assert values["sole.tangential_force"] == pytest.approx(936.22, rel=2e-2)
     assert values["sole.force_x"] == 936.22
     assert values["sole.force_y"] == -10e3
+    assert values["sole.moment_defect"] == 4e-4
     assert values["sole.contact_half_width"] == pytest.approx(solution.half_width, abs=0.51 * h)
     assert values["sole.stick_half_width"] == pytest.approx(solution.stick_half_width, abs=h / 2)
     assert values["sole.stick_edge_max"] == pytest.approx(-values["sole.stick_edge_min"])

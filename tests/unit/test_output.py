@@ -42,6 +42,7 @@ def test_history_can_be_followed_row_by_row(quiet, tmp_path):
     assert (last["open"], last["stick"], last["slip"]) == ("20", "30", "11")
     assert float(last["sole.force_x [N/m]"]) == 936.22
     assert float(last["sole.force_y [N/m]"]) == -10e3
+    assert float(last["sole.moment_defect"]) == 4e-4
 
 
 def test_interface_table_keeps_its_digits(table):

@@ -36,7 +36,7 @@ def at(history: np.ndarray, t: float) -> tuple[float, float]:
 
 
 def test_pressing():
-    """V(0.5 s) and V(1 s) lie in the published bands, with steps five times as long."""
+    """V(0.5 s) and V(1 s) lie in the published bands, with steps ten times as long."""
     history = course("pressed")
     assert 81 <= at(history, 0.5)[1] <= 96
     assert 265 <= at(history, 1.0)[1] <= 335
@@ -57,10 +57,10 @@ def test_bands():
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_forces_are_smooth():
-    """No step changes V by more than 1 % once the die slides, t > 1.05 s."""
-    history = course("half_step")
-    sliding = history[history[:, 0] > 1.05]
-    assert len(sliding) >= 89
+    """No step changes V by 1 % once the die slides, t > 1.05 s."""
+    history = course(None)
+    sliding = history[history[:, 0] > 1.05 - 1e-9]
+    assert len(sliding) >= 90
     jumps = np.abs(np.diff(sliding[:, 2])) / np.abs(sliding[:-1, 2])
     assert jumps.max() < 0.01
     kinks = np.abs(np.diff(sliding[:, 2], 2)) / np.abs(sliding[1:-1, 2])

@@ -9,6 +9,7 @@ import pytest
 
 from mpi4py import MPI
 
+from contactfem.balance import defects
 from contactfem.case import read_case
 from contactfem.contact import Contact, ContactLaw, History
 from contactfem.laws import Coulomb, Status, Trial
@@ -104,7 +105,7 @@ def closed_ring(facets: int, other: int, seed: int) -> tuple[InterfaceMesh, np.n
 
 
 def resultants(mesh: InterfaceMesh, x: np.ndarray) -> tuple[float, float]:
-    """Force and moment that uneven tractions leave over, relative to all forces (and R = 1)."""
+    """Force and moment that uneven tractions leave over, relative to all forces and R = 1."""
     n = mesh.n_nonmortar
     law = ContactLaw(Coulomb(1.0), np.ones(n), 1.0, 1.0, 1.0, 0.5)
     contact = Contact(MPI.COMM_SELF, mesh, law)
@@ -114,10 +115,13 @@ def resultants(mesh: InterfaceMesh, x: np.ndarray) -> tuple[float, float]:
     traction = p * operators.normals.n + t * operators.normals.tangent
     start = Trial(np.full(n, Status.STICK, np.int8), np.zeros(n))
     history = History(operators.D, operators.M)
-    force = contact.imposed(operators, traction, history, start).nodal_forces()
-    whole = np.hypot(*force.T).sum()
+    c = contact.imposed(operators, traction, history, start)
+    force = c.nodal_forces()
     moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])
-    return float(np.hypot(*force.sum(0)) / whole), float(abs(moment) / whole)
+    radius = np.hypot(*x[:n].T).max()  # of polygons that have the area of the circle
+    found = defects(c)
+    assert found[1] == pytest.approx(abs(moment) / np.hypot(*force.T).sum() / radius, rel=1e-10)
+    return found
 
 
 def test_forces_balance_and_moments_almost():

@@ -37,6 +37,7 @@ def test_pressure_is_uniform_and_lames(variant, exact):
     assert table.pressure.mean() == pytest.approx(exact, rel=0.01)
     around = 2 * np.pi * 10e-3 * exact
     assert np.hypot(*result.steps[-1].forces["fit"]) <= 1e-10 * around
+    assert measure(result)["fit.moment_defect"] <= 1e-3
 
 
 def test_unevenness_shrinks_with_the_facets():
