@@ -150,5 +150,8 @@ def _read(path: Path) -> Checkpoint:
         progress = TypeAdapter(Progress).validate_python(head["progress"])
         seconds = TypeAdapter(dict[str, float]).validate_python(head["seconds"])
     except (KeyError, ValidationError):
-        raise CheckpointError(f"{path}: is damaged, or was never a checkpoint") from None
+        raise CheckpointError(
+            f"{path}: contactfem {head.get('version')} wrote other things into it than this one "
+            "can read"
+        ) from None
     return Checkpoint(origin, progress, seconds, state)

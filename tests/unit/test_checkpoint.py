@@ -26,7 +26,7 @@ SLIDE = ROOT / "tests/data/warm_slide.toml"
 HEAT = HeatStep(2, 1e-7, 0.1, 20.0, 3.0, {"a.b": 1 / 3}, 0.0, 0.1, 0.0, 0.0, 1e-17, {"j": 2.0},
                 float("nan"), "")  # fmt: skip
 STEP = StepReport(1, 0.1 + 0.2, 0.1, 5, 0, (1.0, 1e-13), 1, 2, 3, {"j": (1 / 3, -2e-300)}, 0.1, 0.2,
-                  HEAT)  # fmt: skip
+                  {"j": 1e-3}, HEAT)  # fmt: skip
 
 
 def some(steps: int = 1, path: str = "/cases/x.toml") -> Checkpoint:
@@ -100,6 +100,13 @@ def test_another_format_is_refused(tmp_path, monkeypatch):
     write_checkpoint(tmp_path, some())
     monkeypatch.undo()
     with pytest.raises(CheckpointError, match=r"has format 99, of contactfem 9\.9; this is "):
+        read_checkpoint(tmp_path)
+
+
+def test_other_contents_of_the_same_format_are_refused(tmp_path):
+    path = tmp_path / "checkpoint.npz"
+    write_archive(path, {"format": checkpoint.FORMAT, "version": "0.0", "origin": {}}, {})
+    with pytest.raises(CheckpointError, match=r"contactfem 0\.0 wrote other things into it than "):
         read_checkpoint(tmp_path)
 
 
