@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mpi4py import MPI
+
 from contactfem.adaptivity import (
     AcceptStep,
     MeshPolicy,
@@ -17,10 +19,11 @@ from contactfem.adaptivity import (
     decide_mesh,
     decide_step,
 )
+from contactfem.body_recovery import BodyErrors
 from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
-from contactfem.estimate import BodyErrors, FluxEstimator, StressEstimator, total
+from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.relative_error import RelativeError
 from contactfem.results import ErrorStep, Remeshing
 from contactfem.sizes import (
@@ -30,6 +33,7 @@ from contactfem.sizes import (
     goal,
     predict,
     predicted_cells,
+    rounded,
     size_field,
 )
 from contactfem.staggered import HeatOutcome
@@ -37,7 +41,7 @@ from contactfem.state import State
 from contactfem.surfaces import Floats, Ints
 from contactfem.time_error import time_error
 from contactfem.timers import Timers
-from contactfem.verdicts import Accept, Experience, NewMeshes, NewSizes, ShorterStep
+from contactfem.verdicts import Accept, Lasting, NewMeshes, NewSizes, ShorterStep
 
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 ORDER = 1  # of the elements: P1, Q1 and MINI
@@ -60,10 +64,7 @@ class Adaptation:
         case: The case, with adaptivity.
         discretisation: The present meshes.
         timers: Where time is booked.
-        experience: What steps before have taught.
-
-    Attributes:
-        experience: Likewise, with the steps accepted since.
+        lasting: As the property; None at the start of a run.
     """
 
     def __init__(
@@ -71,12 +72,12 @@ class Adaptation:
         case: Case,
         discretisation: Discretisation,
         timers: Timers,
-        experience: Experience | None = None,
+        lasting: tuple[Lasting, Lasting] | None = None,
     ) -> None:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
-        self.experience = experience or Experience()
+        self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -88,6 +89,11 @@ class Adaptation:
             self._stress = StressEstimator(self.case, discretisation)
         if discretisation.heat is not None and settings.for_heat() is not None:
             self._flux = FluxEstimator(self.case, discretisation)
+
+    @property
+    def lasting(self) -> tuple[Lasting, Lasting]:
+        """What accepted steps left behind, now and before the last one."""
+        return self._lasting, self._lasting_before
 
     @property
     def repeats(self) -> bool:
@@ -114,16 +120,30 @@ class Adaptation:
         Returns:
             The decision.
         """
+        if t <= self.settings.start * (1.0 + 1e-12):
+            return Accept(None, self._report({}, None))
         with self.timers.book("estimate"):
+            if heat is not None and not self._counts(heat):
+                heat = None
+            timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
+            if isinstance(timed, ShorterStep):
+                self._now.repeats += 1
+                if timed.back > 1:
+                    self._lasting = self._lasting_before
+                return timed
             found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
-            if sizes is not None:
-                return NewMeshes(sizes)
-            timed = self._judge_step(state, heat, t)
-        if isinstance(timed, ShorterStep):
-            self._now.repeats += 1
-            return timed
+        if sizes is not None:
+            return NewMeshes(sizes)
         dt, eta_time = timed
         return Accept(dt, self._report(found, eta_time))
+
+    def _counts(self, heat: HeatOutcome) -> bool:
+        """Whether temperatures are far enough apart for errors of heat to count; collective."""
+        comm, theta = self._discretisation.system.comm, heat.solution.theta
+        top = max(float(values.max(initial=-np.inf)) for values in theta)
+        bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
+        top, bottom = comm.allreduce(top, MPI.MAX), comm.allreduce(bottom, MPI.MAX)
+        return bool(top + bottom > self.settings.least_temperature)
 
     def remeshed(
         self, before: Discretisation, after: Discretisation, t: float, seconds: float
@@ -152,17 +172,11 @@ class Adaptation:
             rate: Its mean rates of temperature, flat local arrays of the bodies [K/s].
             dt: Its length [s].
         """
-        thermal, before = self._discretisation.heat, self.experience
-        rate_square, time = before.rate_square, before.time
+        thermal = self._discretisation.heat
+        self._lasting_before, square, span = self._lasting, 0.0, 0.0
         if thermal is not None and self.repeats:
-            rate_square, time = rate_square + thermal.product(rate, rate) * dt, time + dt
-        age, life = dict(before.age), dict(before.life)
-        for problem in ("mechanics", "heat"):
-            if self._now.rounds.get(problem):
-                life[problem] = float(age.get(problem, 0))
-                age[problem] = 0
-            age[problem] = age.get(problem, 0) + 1
-        self.experience = Experience(age, life, rate_square, time)
+            square, span = thermal.product(rate, rate) * dt, dt
+        self._lasting = self._lasting.next(square, span, self._now.rounds)
         self._now = _Progress()
 
     def _judge_meshes(
@@ -202,7 +216,7 @@ class Adaptation:
         self, problem: str, bodies: Sequence[BodyErrors], tolerance: float, t: float, dt: float
     ) -> Mapping[str, Floats]:
         """Sizes of new meshes of one problem, by body; empty to keep the present ones."""
-        chosen = [b for b in bodies if self._may_change(_name(self._discretisation, problem, b))]
+        chosen = [b for b in bodies if self._may_change(b.name)]
         if not chosen:
             return {}
         policy = MeshPolicy(tolerance, most_remeshes=self.settings.max_remeshes)
@@ -222,9 +236,8 @@ class Adaptation:
             parts.append(size_field(x, c, part, self._limits(x)))
         scale = self._scale(points, cells, parts)
         for body, x, c, part in zip(chosen, points, cells, parts, strict=True):
-            name = _name(self._discretisation, problem, body)
-            sizes[name] = scale * part
-            expected = predict(x, c, sizes[name], body.errors, ORDER)
+            sizes[body.name] = rounded(scale * part)
+            expected = predict(x, c, sizes[body.name], body.errors, ORDER)
             count, error_square = count + expected.cells, error_square + expected.error_square
         expected_error = RelativeError(
             error_square, everything.norm_square + everything.error_square - error_square
@@ -237,7 +250,7 @@ class Adaptation:
                 predicted_cells=count,
                 remeshes=self._now.rounds.get(problem, 0),
                 steps_left=(self.case.time.end - t) / dt,
-                life=self.experience.life.get(problem, np.inf),
+                life=self._lasting.expected(problem),
             ),
             policy,
         )
@@ -281,8 +294,7 @@ class Adaptation:
         change = [b - a for a, b in zip(state.rate, rate, strict=True)]
         change_square = thermal.product(change, change)
         older_square = thermal.product(state.rate, state.rate)
-        seen = self.experience
-        least = seen.rate_square / seen.time if seen.time > 0.0 else 0.0
+        least = self._lasting.mean_square
         newer = time_error(change_square, square, state.dt, dt, least)
         older = time_error(change_square, older_square, dt, state.dt, least)
         limits = self.case.time
@@ -316,16 +328,6 @@ class Adaptation:
             repeats=self._now.repeats,
             decisions=tuple(self._now.decisions),
         )
-
-
-def _name(discretisation: Discretisation, problem: str, errors: BodyErrors) -> str:
-    """Name of the body that errors belong to."""
-    bodies = (
-        {body.name: body.mesh for body in discretisation.bodies.values()}
-        if problem == "mechanics" or discretisation.heat is None
-        else {body.name: body.mesh for body in discretisation.heat.bodies}
-    )
-    return next(name for name, mesh in bodies.items() if mesh is errors.view.mesh)
 
 
 def _cells(discretisation: Discretisation) -> tuple[dict[str, int], dict[str, int]]:

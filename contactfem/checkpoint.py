@@ -11,8 +11,8 @@ from pydantic import TypeAdapter, ValidationError
 from contactfem import __version__
 from contactfem.archive import Tree, read_archive, write_archive
 from contactfem.errors import CheckpointError
-from contactfem.results import StepReport
-from contactfem.verdicts import Experience
+from contactfem.results import Failure, StepReport
+from contactfem.verdicts import Lasting
 
 FORMAT = 1  # of the arrays and the head; another one cannot be read
 NAME, PREVIOUS = "checkpoint.npz", "checkpoint.previous.npz"
@@ -26,23 +26,27 @@ class Progress:
         dt: Step to be tried next [s].
         ramp_end: Time at which constant loads and motions are reached [s].
         easy: Newton iterations of the last solves with this step.
+        cautious: Whether nodes stick for an iteration before they slip the other way round.
         reports: Accepted steps.
+        failures: Steps that failed.
+        warnings: What to doubt about accepted steps.
         reactions: Force of each held surface or grip after the last one [N/m].
         segment: Number of the present field files.
         pending: Whether the last step is not recorded yet, as it may be taken again.
-        experience: What adaptivity remembers of earlier steps; None without it.
-        warnings: What to doubt about accepted steps.
+        lasting: What adaptivity remembers after the last step and the one before it.
     """
 
     dt: float
     ramp_end: float
     easy: tuple[int, ...] = ()
+    cautious: bool = False
     reports: tuple[StepReport, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    warnings: tuple[str, ...] = ()
     reactions: tuple[float, ...] = ()
     segment: int = 0
     pending: bool = False
-    experience: Experience | None = None
-    warnings: tuple[str, ...] = ()
+    lasting: tuple[Lasting, Lasting] | None = None
 
     @property
     def t(self) -> float:

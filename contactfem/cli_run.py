@@ -12,7 +12,7 @@ from typing import Any
 from mpi4py import MPI
 
 from contactfem.case import Case, read_case
-from contactfem.check import check_files, describe
+from contactfem.check import check_bodies, describe
 from contactfem.checkpoint import Checkpoint
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.expect import check_names
@@ -113,7 +113,7 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
     def found() -> Case:
         case = read_case(path, overrides, variant)
         check_names(case)
-        check_files(case)
+        check_bodies(case)
         return case
 
     return _on_first(comm, found)
@@ -177,7 +177,7 @@ def _run_one(
         result = run_case(case, comm, out, Invocation(command, imports, asked), checkpoint)
     passed = True
     if comm.rank == 0:
-        passed = _closing(out)
+        passed = _closing(out, plain=comm.size > 1)
         if result.message:
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
@@ -192,14 +192,17 @@ def _command(comm: MPI.Comm) -> str:
     return words if comm.size == 1 else f"mpirun -n {comm.size} {words}"
 
 
-def _closing(out: Path) -> bool:
-    """Print what was expected and what came; whether all expectations are met."""
+def _closing(out: Path, *, plain: bool) -> bool:
+    """Print what was expected and what came; whether all expectations are met.
+
+    mpirun shows a terminal even where there is none, so colour would get into files: `plain`.
+    """
     from rich.console import Console
 
     from contactfem.report import read_summary, verdict_table
 
     summary = read_summary(out)
     if summary["verdicts"]:
-        Console().print(verdict_table(summary))
+        Console(force_terminal=False if plain else None).print(verdict_table(summary))
     print(f"results in {out}", flush=True)
     return all(verdict["passed"] for verdict in summary["verdicts"])

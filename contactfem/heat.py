@@ -158,12 +158,16 @@ class HeatBody:
 
     def cell_flux(self) -> Floats:
         """Heat flux at the cells' midpoints, owned and ghost, (cells, dim) [W/m²]."""
-        return self._flux.values()
+        return self._flux.values()[:, 0]
 
     @cached_property
     def _flux(self) -> CellExpression:
+        return self.flux_at(None)
+
+    def flux_at(self, points: Floats | None) -> CellExpression:
+        """Heat flux at points of the reference cell, (q, dim); its midpoint without [W/m²]."""
         k = fem.Constant(self.mesh.mesh, self.law.conductivity)
-        return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F))
+        return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F), points)
 
 
 class _Forms:
@@ -267,7 +271,8 @@ class _Cooling:
             fem.Constant(domain, value) for value in (law.cooling or 0.0, law.reference)
         )
         F, F_old = deformation(body.u), deformation(self._u_old)
-        power = elastic_cooling(self._theta, modulus, reference, F, F_old, self._dt)
+        growth = ufl.ln(ufl.det(F) / ufl.det(F_old)) if body.deforms else ufl.tr(F - F_old)
+        power = elastic_cooling(self._theta, modulus, reference, growth, self._dt)
         self._form = fem.form(power * ufl.TestFunction(body.V) * depth * dx)
 
     def assemble(self, theta: Floats, u_old: Floats, dt: float) -> Floats:

@@ -16,11 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
+from contactfem.check import Account
 from contactfem.checkpoint import NAME, PREVIOUS
 from contactfem.errors import CaseError
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
-from contactfem.results import InterfaceTable, RunResult, Status, StepReport
+from contactfem.results import Failure, InterfaceTable, RunResult, Status, StepReport
 
 if TYPE_CHECKING:
     from contactfem.case import Case
@@ -66,6 +67,7 @@ SURFACE_HEAT_COLUMNS = {
     "flux": "heat_flux [W/m^2]",
     "dissipation": "dissipation [W/m^2]",
 }
+UNKNOWN = Account()
 POSITIONS = ("X [m]", "Y [m]", "x [m]", "y [m]")
 
 
@@ -178,6 +180,7 @@ def summarise(
     return {
         "title": result.case.title,
         "case": Path(result.case.path).name,
+        "references": result.case.references,
         "command": command,
         "versions": versions(),
         "converged": result.converged,
@@ -204,6 +207,7 @@ class OutputWriter:
         directory: Path,
         case: Case,
         command: str,
+        account: Account = UNKNOWN,
         steps: Sequence[StepReport] | None = None,
     ) -> None:
         """Make the directory and clear it of what an earlier run would leave to confuse.
@@ -212,6 +216,7 @@ class OutputWriter:
             directory: where the files go; made if it is missing.
             case: the case that is run.
             command: the command that repeats the run.
+            account: what the case says, for the summary.
             steps: those that a resumed run has behind it, after which its history goes on; None for
                 a new run.
 
@@ -221,6 +226,8 @@ class OutputWriter:
         self.directory = Path(directory)
         self.case = case
         self.command = command
+        self.account = account
+        self.failures: list[Failure] = []
         try:
             (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
             for stale in self._stale(resumed=steps is not None):
@@ -273,6 +280,14 @@ class OutputWriter:
         with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
             file.write(",".join(map(_cell, self._row(report))) + "\n")
 
+    def failure(self, failure: Failure) -> None:
+        """Keep a step that failed, for the summary.
+
+        Args:
+            failure: the step.
+        """
+        self.failures.append(failure)
+
     def interfaces(self, tables: Iterable[InterfaceTable], t: float | None = None) -> None:
         """Write the nodes of the interfaces.
 
@@ -306,7 +321,8 @@ class OutputWriter:
             from contactfem.figures import draw_all
 
             draw_all(result, self.directory / FIGURES)
-        summary = summarise(result, values, verdicts, self.command)
+        summary = summarise(result, values, verdicts, self.command) | asdict(self.account)
+        summary["failures"] = [asdict(failure) for failure in self.failures]
         spent = time.perf_counter() - start
         for phase in ("output", "total"):
             summary["timings"] = {

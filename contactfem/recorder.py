@@ -15,7 +15,7 @@ from contactfem.checkpoint import Progress
 from contactfem.discretise import Discretisation
 from contactfem.errors import WriteError
 from contactfem.gathering import interface_tables
-from contactfem.results import RunResult, StepReport
+from contactfem.results import Failure, RunResult, StepReport
 from contactfem.state import State
 from contactfem.timers import Timers
 
@@ -29,6 +29,7 @@ class Recorder:
     """Writes the results of a run into its folder, as far as the case asks for them.
 
     Attributes:
+        failures: Steps that failed so far.
         segment: Number of the field files: new meshes, and a run that is resumed, begin others.
 
     Args:
@@ -57,6 +58,7 @@ class Recorder:
         self._times = [t for t in case.output.times if not _reached(t, last)]
         self._out = out
         self.segment = 1 if resumed is None else resumed.segment + 1
+        self.failures = [] if resumed is None else list(resumed.failures)
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -65,11 +67,14 @@ class Recorder:
             return
         with timers.book("output"):
             if comm.rank == 0:
+                from contactfem.check import account
                 from contactfem.output import OutputWriter
                 from contactfem.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command, steps)
+                self._writer = OutputWriter(out, case, command, account(case), steps)
                 self._voice = Reporter(case, bar=comm.size == 1)
+                for failure in self.failures:
+                    self._writer.failure(failure)
                 self._clear_fields(out)
             if case.output.fields:
                 comm.barrier()  # the folder is there
@@ -150,6 +155,9 @@ class Recorder:
 
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""
+        self.failures.append(Failure(t, reason, dt))
+        if self._writer is not None:
+            self._writer.failure(self.failures[-1])
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 

@@ -32,7 +32,7 @@ from contactfem.snapshot import meshes, restored
 from contactfem.state import State, initial_state
 from contactfem.stops import stops
 from contactfem.timers import Timers
-from contactfem.verdicts import Accept, Experience, NewMeshes, ShorterStep, Verdict
+from contactfem.verdicts import Accept, Lasting, NewMeshes, ShorterStep, Verdict
 
 if TYPE_CHECKING:
     from contactfem.adapt import Adaptation
@@ -140,7 +140,7 @@ class _Loop:
         self.reports, self.reactions = list(start.reports), list(start.reactions)
         self.ramp_end = start.ramp_end
         self.state = initial_state(discretisation, self.ramp_end)
-        self.adaptation = _adaptation(case, discretisation, timers, start.experience)
+        self.adaptation = _adaptation(case, discretisation, timers, start.lasting)
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
         self.warnings = list(start.warnings)
@@ -149,6 +149,7 @@ class _Loop:
         )
         self.stops = stops(case)
         self.alone = self._alone()
+        self.cautious = start.cautious
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
@@ -167,19 +168,21 @@ class _Loop:
             self.dt,
             self.ramp_end,
             tuple(self.easy),
+            self.cautious,
             tuple(self.reports),
+            tuple(self.recorder.failures),
+            tuple(self.warnings),
             tuple(self.reactions),
             self.recorder.segment,
             self.pending is not None,
-            None if self.adaptation is None else self.adaptation.experience,
-            tuple(self.warnings),
+            None if self.adaptation is None else self.adaptation.lasting,
         )
 
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
             self._keep(self.keeper.visit)
-            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy)
+            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
             while True:
                 step = clipped(self.state.t, self.dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
@@ -193,7 +196,7 @@ class _Loop:
                 self.state.restore(self.discretisation)
                 reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
-                    self.dt, self.easy = first  # other limits may let the step succeed
+                    self.dt, self.easy, self.cautious = first  # other limits may do
                     self._keep(self.keeper.write)
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
@@ -201,19 +204,22 @@ class _Loop:
                         f"t = {self.state.t:g} s, is written{self.keeper.hint}"
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
+                self.cautious = not self.cautious  # what did not work once, or does not any more
                 self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
             if solved.doubt:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
-            self._choose_step(report.iterations, verdict.dt)
+            self._choose_step(report, verdict.dt)
         self._keep(self.keeper.finish)
         return ""
 
-    def _choose_step(self, iterations: int, wanted: float | None) -> None:
+    def _choose_step(self, report: StepReport, wanted: float | None) -> None:
         """Length of the next step: what its error wants, or else what Newton's method bears."""
-        self.easy.append(iterations)
-        grown = after_success(self.dt, self.easy, self.limits) if wanted is None else wanted
+        self.easy.append(report.iterations)
+        grown = after_success(self.dt, self.easy, self.limits)
+        if wanted is not None:  # the error decides, but not at once against a failed solve
+            grown = min(wanted, self.dt) if report.cutbacks else wanted
         self.dt, self.easy = grown, self.easy if grown == self.dt else []
 
     def _keep(self, write: Writing) -> None:
@@ -303,7 +309,7 @@ class _Loop:
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone)
+        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
         if self.heat is not None:
             return self.heat.driver.attempt(
                 step, self.state.t, self.state.theta, self.state.thermal_u
@@ -387,14 +393,17 @@ class _Loop:
 
 
 def _adaptation(
-    case: Case, discretisation: Discretisation, timers: Timers, experience: Experience | None
+    case: Case,
+    discretisation: Discretisation,
+    timers: Timers,
+    lasting: tuple[Lasting, Lasting] | None,
 ) -> Adaptation | None:
     """What judges steps, only imported where the case asks for an error."""
     if case.adaptivity is None:
         return None
     from contactfem.adapt import Adaptation
 
-    return Adaptation(case, discretisation, timers, experience)
+    return Adaptation(case, discretisation, timers, lasting)
 
 
 class _HeatSide:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field, WithJsonSchema, field_validator, model_validator
 
 from contactfem.dimensions import UnitError
-from contactfem.functions import FunctionRef
+from contactfem.functions import FunctionRef, is_reference
 from contactfem.meshes import MeshSpec
 from contactfem.model import (
     BodyForce,
@@ -250,16 +250,17 @@ class NormalLaw(Model):
 
 
 class Friction(Model):
-    """Coulomb's law with a `coefficient`, or Tresca's with a shear `limit`; exact.
+    """Coulomb's law with a `coefficient`, Tresca's with a shear `limit`, or a user's; exact.
 
     `c_factor` is the constant of the active set of friction over that of normal contact: far from 1
     the status may cycle.
     With a penalty for normal contact it is regularised by c_T = `penalty`, by default
     `penalty_factor` times ε_N. `coefficient_table` gives the coefficient over pressure, slip speed
     or the temperature of the nonmortar side, told apart by units: [["0 MPa", 0.5], ["9 MPa", 0.3]].
+    A user's law "file.py:function" gives the largest traction and its slopes from all three.
     """
 
-    law: Literal["coulomb", "tresca"] = "coulomb"
+    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|[^:]+\.py:[A-Za-z_]\w*)$")] = "coulomb"
     coefficient: NonNegative | None = None
     coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = None
     limit: Annotated[Pressure, Field(gt=0)] | None = None
@@ -277,6 +278,10 @@ class Friction(Model):
         given = [
             k for k in ("coefficient", "coefficient_table", "limit") if getattr(self, k) is not None
         ]
+        if is_reference(self.law):
+            if given:
+                raise ValueError(f"law = '{self.law}' takes no {given[0]}")
+            return self
         allowed = ("limit",) if self.law == "tresca" else ("coefficient", "coefficient_table")
         if len(given) != 1 or given[0] not in allowed:
             raise ValueError(f"law = '{self.law}' takes one of {', '.join(allowed)}")
@@ -284,6 +289,8 @@ class Friction(Model):
 
     def largest_traction(self, pressure: Floats) -> Floats | None:
         """Largest traction at some pressures [Pa]; None where it also depends on something else."""
+        if is_reference(self.law):
+            return None
         if self.limit is not None:
             return np.where(pressure > 0.0, self.limit, 0.0)
         if self.coefficient_table is not None:
@@ -294,6 +301,8 @@ class Friction(Model):
 
     def words(self) -> str:
         """The law in a few words."""
+        if is_reference(self.law):
+            return f"by {self.law}"
         if self.limit is not None:
             return f"Tresca {self.limit:g} Pa"
         if self.coefficient_table is not None:

@@ -88,6 +88,11 @@ def _of_state(discretisation: Discretisation, state: State) -> Tree:
         "dt": np.array(state.dt),
         "repeatable": np.array(state.repeatable),
         "displacement": {name: _gathered(system.comm, body.V, u) for (name, body), u in pairs},
+        "warmth": {
+            body.name: _gathered(system.comm, body.temperature.function_space, warmth)
+            for body, warmth in zip(system.bodies, state.warmth, strict=False)
+            if body.temperature is not None
+        },
         "others": state.x[:others],
         "interfaces": {
             interface.name: _of_interface(state, k)
@@ -105,6 +110,8 @@ def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State
     t = float(tree["t"])
     for name, body in discretisation.bodies.items():
         _insert(body.V, tree["displacement"][name], body.u.x.array)
+        if body.temperature is not None:
+            _insert(body.temperature.function_space, tree["warmth"][name], body.temperature.x.array)
         body.set_time(t, ramp_end)
     _set_unknowns(discretisation, tree["others"])
     parts = [tree["interfaces"][interface.name] for interface in discretisation.interfaces]
@@ -186,7 +193,6 @@ def _restore_heat(heat: Thermal, tree: Tree, state: State, discretisation: Discr
     ]
     state.rate = fields["rate"]
     state.accept_heat(fields["temperature"], exchanges, discretisation)
-    heat.warm(state.theta)
     recent = tuple(Increment(float(norm), float(inner)) for norm, inner in tree["increments"])
     state.increments = Increments(tuple(fields["change"]), recent, float(tree["largest"]))
 

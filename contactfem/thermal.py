@@ -12,6 +12,7 @@ from contactfem.heat import HeatBody
 from contactfem.heat_interface import HeatExchange, HeatInterface
 from contactfem.heat_system import HeatSolution, HeatStepInput, HeatSystem
 from contactfem.mechanics import BodyProblem
+from contactfem.meshes.data import Surface
 from contactfem.meshing import dofs_at_vertices
 from contactfem.results import SurfaceHeat
 from contactfem.rim import rim_values
@@ -66,6 +67,12 @@ class BodyLink:
             values = self._theta_source.replicate(theta)
             self._theta_target.insert(self._to_mechanics(values), array)
 
+    @property
+    def warmth(self) -> Floats:
+        """Temperatures that mechanics has, flat local; to be written to [K]."""
+        array: Floats = self._temperature.x.array
+        return array
+
 
 @dataclass(frozen=True)
 class InterfaceLink:
@@ -78,6 +85,7 @@ class InterfaceLink:
         pressure: Pressure over time that stands in for that of mechanics [Pa].
         dissipation: Frictional heat per area that stands in for it [W/m²].
         rubs: Whether mechanics has friction there.
+        surface: The mechanical nonmortar surface.
     """
 
     heat: HeatInterface
@@ -86,6 +94,7 @@ class InterfaceLink:
     pressure: Table | None
     dissipation: Table | None
     rubs: bool
+    surface: Surface
 
     def exchange(self, c: Conditions | None, t: float, dt: float, ramp_end: float) -> HeatExchange:
         """What the interface exchanges at the end of a step; collective.
@@ -108,7 +117,10 @@ class InterfaceLink:
             density = np.full(n, 0.5 * (self.dissipation(t) + self.dissipation(t + dt)))
             power = None
         x = self.heat.nodes.positions(t + dt, ramp_end)
-        return self.heat.exchange(x, self.to_heat(pressure), self.to_heat(density), power)
+        heat = self.to_heat(density)
+        if power is not None and not heat.any():  # it fell between the thermal nodes
+            heat = self.to_heat.spread(density)
+        return self.heat.exchange(x, self.to_heat(pressure), heat, power)
 
 
 def contact_pressure(c: Conditions) -> Floats:

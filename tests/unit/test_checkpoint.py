@@ -17,9 +17,9 @@ from contactfem import archive, checkpoint
 from contactfem.archive import read_archive, write_archive
 from contactfem.checkpoint import Checkpoint, Origin, Progress, read_checkpoint, write_checkpoint
 from contactfem.errors import CaseError, CheckpointError
-from contactfem.results import HeatStep, StepReport
+from contactfem.results import Failure, HeatStep, StepReport
 from contactfem.resume import prepare
-from contactfem.verdicts import Experience
+from contactfem.verdicts import Lasting
 
 ROOT = Path(__file__).parents[2]
 SLIDE = ROOT / "tests/data/warm_slide.toml"
@@ -31,7 +31,11 @@ STEP = StepReport(1, 0.1 + 0.2, 0.1, 5, 0, (1.0, 1e-13), 1, 2, 3, {"j": (1 / 3, 
 
 def some(steps: int = 1, path: str = "/cases/x.toml") -> Checkpoint:
     reports = tuple(replace(STEP, step=k + 1, t=0.1 * (k + 1)) for k in range(steps))
-    progress = Progress(0.1, 0.2, (5, 7), reports, (1e3,), 2, True, Experience({"heat": 3}))
+    lasting = Lasting(1 / 3, 0.1, {"heat": 3}, {"heat": 4}), Lasting()
+    failures = (Failure(0.5, "why", 0.25),)
+    progress = Progress(
+        0.1, 0.2, (5, 7), True, reports, failures, ("so",), (1e3,), 2, True, lasting
+    )
     origin = Origin(path, {"title": "x", "time": {"end": "1 s"}}, "contactfem run x.toml")
     tree = {"state": {"u": np.arange(5.0), "kind": np.array("triangle")}, "none": np.empty((0, 3))}
     return Checkpoint(origin, progress, {"newton": 1 / 3}, tree)
@@ -231,7 +235,7 @@ SHORT = ["--set", "time.end=0.15 s", "--set", "output.times=[]", *QUIET]
 
 def test_a_run_outlives_a_checkpoint_that_cannot_be_written(tmp_path):
     """And says so each time; a run that cannot write its results ends with one line."""
-    done = limited(20_000, "run", str(SLIDE), "--out", str(tmp_path), *SHORT)
+    done = limited(50_000, "run", str(SLIDE), "--out", str(tmp_path), *SHORT)
     assert done.returncode == 0, done.stderr
     line = f"WARNING: {tmp_path / 'checkpoint.npz'}: not written: File too large"
     assert done.stdout.splitlines().count(line) == 3
