@@ -120,11 +120,16 @@ class Adaptivity(Model):
 
 
 class Output(Model):
-    """What is written besides the history; `times`: when interfaces are written before the end."""
+    """What is written besides the history.
+
+    `times`: when interfaces are written before the end. `snapshots`: about how many pictures of all
+    bodies are kept, over the time of the run, for a film.
+    """
 
     fields: Flag = True
     figures: Flag = True
     times: tuple[PositiveTime, ...] = ()
+    snapshots: Count = 0
 
     @field_validator("times")
     @classmethod

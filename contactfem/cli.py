@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, report, schema."""
+"""The command line: check, mesh, run, report, film, schema."""
 
 import argparse
 import glob
@@ -51,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     for verb in (check, mesh, run):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
@@ -70,6 +71,10 @@ def parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="folder to write to; runs/CASE[-VARIANT] if not given. "
         "--variant all runs the case and all its variants, into folders of DIR if given",
+    )
+    film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
+    film.add_argument(
+        "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"
     )
     report.add_argument(
         "paths",
@@ -157,6 +162,13 @@ def _folders(path: Path) -> list[Path]:
     if not found:
         raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
     return found
+
+
+def _film(options: argparse.Namespace) -> int:
+    from contactfem.film import film
+
+    print(film(options.folder, options.out or options.folder / "film.gif"))
+    return ExitCode.DONE
 
 
 def _schema(options: argparse.Namespace) -> int:

@@ -10,8 +10,9 @@ from mpi4py import MPI
 
 from contactfem.case import Case
 from contactfem.discretise import Discretisation
-from contactfem.gathering import interface_tables
+from contactfem.gathering import body_pictures, heat_pictures, interface_tables
 from contactfem.results import RunResult, StepReport
+from contactfem.snapshots import Snapshot, clear_snapshots, write_snapshot
 from contactfem.state import State
 from contactfem.timers import Timers
 
@@ -44,7 +45,9 @@ class Recorder:
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         self._times = list(case.output.times)
-        self._out, self._segment = out, 1
+        every = case.time.end / max(case.output.snapshots, 1)
+        self._moments = [every * (k + 1) for k in range(case.output.snapshots)]
+        self._out, self._segment, self._pictures = out, 1, 0
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -57,6 +60,7 @@ class Recorder:
                 from contactfem.terminal import Reporter
 
                 self._writer = OutputWriter(out, case, command)
+                clear_snapshots(out)
                 self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
                 comm.barrier()  # the folder is there
@@ -104,6 +108,7 @@ class Recorder:
                 tables = interface_tables(self._discretisation, state)
                 if self._writer is not None:
                     self._writer.interfaces(tables, report.t)
+            self._picture(report.t, state)
             if self._fields is not None:
                 stress = {
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
@@ -111,6 +116,18 @@ class Recorder:
                 self._fields.write(report.t, stress)
             if self._heat_fields is not None:
                 self._heat_fields.write(report.t)
+
+    def _picture(self, t: float, state: State) -> None:
+        """Write a snapshot if one is due at a time [s]; collective."""
+        due = [moment for moment in self._moments if moment <= t * (1.0 + 1e-12)]
+        if not due or self._out is None:
+            return
+        self._moments = self._moments[len(due) :]
+        bodies = body_pictures(self._discretisation)
+        heat = heat_pictures(self._discretisation, state)
+        if bodies:
+            self._pictures += 1
+            write_snapshot(self._out, self._pictures, Snapshot(t, tuple(bodies), tuple(heat)))
 
     def remeshed(self, discretisation: Discretisation) -> None:
         """Go on with new meshes, whose fields go into new files; collective."""

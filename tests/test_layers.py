@@ -20,7 +20,7 @@ PLAIN = """
     contradictions heat_links case_links case_errors case listing
     gaps rigid boxes nearest shapes location constants facets
     expect facts heat_words check mesh_files
-    charts interface_figure pictures heat_figure figures output report terminal
+    charts interface_figure pictures heat_figure figures snapshots film output report terminal
     recovery constrained_recovery interface_recovery relative_error space_error time_error
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
