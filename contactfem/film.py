@@ -1,4 +1,4 @@
-"""A film of a run from its snapshots: deformed bodies coloured by temperature or by stress."""
+"""A film of a run from its snapshots: stress in the deformed bodies, heat close to the contact."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.charts import INK, STYLE
+from contactfem.charts import GREY, INK, STYLE
 from contactfem.engineering import Scale, scale_for
 from contactfem.errors import CaseError
 from contactfem.magnification import cell_edges, triangles
@@ -20,25 +20,51 @@ from contactfem.snapshots import Snapshot, read_snapshot, snapshot_files
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from PIL.Image import Image
 
 WIDTH, DPI = 8.0, 100  # of a frame [inch], [1/inch]
 SECONDS = 6.0  # what a film takes
-SHOWN = 99.9  # percentile of the hottest picture that the colours reach to
+SHOWN = 98.0  # percentile of stress that the colours reach to: corners have more
 COLOURS = 128  # of a frame: smooth colours, and half the size of 256
+CLOSE = 20.0  # half-width of the close-up, in cells where it is hottest
+ASPECT = 4.0  # width of the close-up over its height
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What all frames share: field, colours, their range, unit, and the part of the plane."""
+    """What all frames share.
 
-    symbol: str
-    colours: str
+    Attributes:
+        low: lower left corner of what is shown [m].
+        high: upper right one [m].
+        stress: colours of the von Mises stress.
+        heat: colours of temperature, and the close-up; None without heat.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    stress: _Colours
+    heat: _Hot | None
+
+
+@dataclass(frozen=True)
+class _Colours:
+    """Colour map from zero to `high` [unit], and how the bar is labelled."""
+
+    name: str
     high: float
     unit: Scale
-    low_corner: FloatArray
-    high_corner: FloatArray
+    symbol: str
+
+
+@dataclass(frozen=True)
+class _Hot:
+    """Colours of temperature, and a close-up that follows a point X [m] of a body."""
+
+    colours: _Colours
+    body: str
+    X: FloatArray
+    half: float
 
 
 def film(folder: Path, path: Path) -> Path:
@@ -72,66 +98,91 @@ def film(folder: Path, path: Path) -> Path:
     return path
 
 
-def _parts(snapshot: Snapshot) -> Sequence[tuple[BodyPicture, FloatArray]]:
-    """Bodies with what they are coloured by: temperature, or without heat von Mises stress."""
-    if snapshot.heat:
-        return [(body, body.fields["temperature"][:, 0]) for body in snapshot.heat]
-    return [(body, von_mises(body.fields["stress"])) for body in snapshot.bodies]
-
-
 def _look(snapshots: Sequence[Snapshot]) -> _Look:
-    heats = bool(snapshots[0].heat)
-    parts = [part for snapshot in snapshots for part in _parts(snapshot)]
-    high = max(float(np.percentile(values, SHOWN)) for _, values in parts) or 1.0
-    places = [body.points + body.displacement for body, _ in parts]
+    """Find ranges and corners over all snapshots.
+
+    Raises:
+        CaseError: the bodies are not plane.
+    """
+    bodies = [body for snapshot in snapshots for body in snapshot.bodies]
+    places = [body.points + body.displacement for body in bodies]
     if any(place.shape[1] != 2 for place in places):
         raise CaseError("films are made of plane bodies only")
+    stress = max(float(np.percentile(von_mises(b.fields["stress"]), SHOWN)) for b in bodies) or 1.0
     return _Look(
-        r"$\vartheta$" if heats else r"$\sigma_v$",
-        "inferno" if heats else "YlGnBu",
-        high,
-        scale_for(high, "K" if heats else "Pa"),
         np.min([place.min(axis=0) for place in places], axis=0),
         np.max([place.max(axis=0) for place in places], axis=0),
+        _Colours("YlGnBu", stress, scale_for(stress, "Pa"), r"$\sigma_v$"),
+        _hot([body for snapshot in snapshots for body in snapshot.heat]),
     )
 
 
+def _hot(bodies: Sequence[BodyPicture]) -> _Hot | None:
+    """Where it is hottest, and how far one has to go there to see cells."""
+    if not bodies:
+        return None
+    hottest = max(bodies, key=lambda body: float(body.fields["temperature"].max()))
+    theta = hottest.fields["temperature"][:, 0]
+    at, high = int(np.argmax(theta)), float(theta.max())
+    around = hottest.points[hottest.cells[(hottest.cells == at).any(axis=1)]]
+    size = float(np.ptp(around, axis=1).max(axis=1).mean())
+    colours = _Colours("inferno", high or 1.0, scale_for(high or 1.0, "K"), r"$\vartheta$")
+    return _Hot(colours, hottest.name, hottest.points[at], CLOSE * size)
+
+
 def _frame(snapshot: Snapshot, look: _Look) -> Image:
-    """One picture: colours, outlines, the meshes of mechanics, and the time."""
+    """One picture: the whole scene, with heat a close-up below it, and the time."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
     from PIL import Image
 
-    wide, tall = look.high_corner - look.low_corner
+    wide, tall = look.high - look.low
+    scene = WIDTH * 0.88 * tall / wide
+    below = WIDTH * 0.88 / ASPECT + 0.1 if look.heat is not None else 0.0
+    height = scene + below + 0.1
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.25 + WIDTH * 0.92 * tall / wide), dpi=DPI)
-        axes = figure.add_axes((0.01, 0.01, 0.88, 0.98))
-        _paint(axes, figure, snapshot, look)
+        figure = Figure(figsize=(WIDTH, height), dpi=DPI)
+        axes = figure.add_axes((0.01, (below + 0.05) / height, 0.88, scene / height))
+        parts = [(body, von_mises(body.fields["stress"])) for body in snapshot.bodies]
+        _paint(axes, parts, look.stress)
+        axes.set(xlim=(look.low[0], look.high[0]), ylim=(look.low[1], look.high[1]))
+        axes.text(0.0, 1.0, f"t = {snapshot.t:.4f} s", transform=axes.transAxes, va="top")
+        if look.heat is not None:
+            close = figure.add_axes((0.01, 0.05 / height, 0.88, (below - 0.1) / height))
+            _paint_close(close, snapshot, look.heat)
         text = io.BytesIO()
         figure.savefig(text, format="png", dpi=DPI)
     return Image.open(text).convert("RGB").quantize(COLOURS)
 
 
-def _paint(axes: Axes, figure: Figure, snapshot: Snapshot, look: _Look) -> None:
+def _paint_close(axes: Axes, snapshot: Snapshot, hot: _Hot) -> None:
+    """The thermal meshes around a point that moves along."""
+    _paint(axes, [(b, b.fields["temperature"][:, 0]) for b in snapshot.heat], hot.colours)
+    body = next(body for body in snapshot.heat if body.name == hot.body)
+    nearest = int(np.argmin(np.linalg.norm(body.points - hot.X, axis=1)))
+    x, y = hot.X + body.displacement[nearest]
+    half = hot.half
+    axes.set(xlim=(x - half, x + half), ylim=(y - half / ASPECT, y + half / ASPECT))
+    label = f"{1e3 * 2.0 * half:.2g} mm of the contact, where it gets hottest"
+    axes.text(0.005, 0.97, label, transform=axes.transAxes, va="top")
+
+
+def _paint(axes: Axes, parts: Sequence[tuple[BodyPicture, FloatArray]], colours: _Colours) -> None:
+    """Bodies with nodal values, their cells, outlines and a colour bar beside."""
     from matplotlib.collections import LineCollection, TriMesh
     from matplotlib.tri import Triangulation
 
-    for body, values in _parts(snapshot):
+    for body, values in parts:
         x = body.points + body.displacement
         image = TriMesh(Triangulation(x[:, 0], x[:, 1], triangles(body.cells)))
-        image.set_array(values / look.unit.factor)
-        image.set(cmap=look.colours, clim=(0.0, look.high / look.unit.factor))
+        image.set_array(values / colours.unit.factor)
+        image.set(cmap=colours.name, clim=(0.0, colours.high / colours.unit.factor))
         axes.add_collection(image, autolim=False)
-    for body in snapshot.bodies:
-        x = body.points + body.displacement
         edges, outline = cell_edges(body.cells)
-        axes.add_collection(LineCollection(x[edges], colors="white", lw=0.25, alpha=0.35))
+        axes.add_collection(LineCollection(x[edges], colors=GREY, lw=0.25, alpha=0.7))
         axes.add_collection(LineCollection(x[outline], colors=INK, lw=0.8))
-    margin = 0.01 * (look.high_corner - look.low_corner)
-    low, high = look.low_corner - margin, look.high_corner + margin
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_axis_off()
-    axes.text(0.01, 0.97, f"t = {snapshot.t:.4f} s", transform=axes.transAxes, va="top")
-    bar = figure.colorbar(image, cax=figure.add_axes((0.91, 0.12, 0.015, 0.76)))
-    bar.set_label(f"{look.symbol} [{look.unit.label}]")
+    axes.set_aspect("equal")
+    bar = axes.figure.colorbar(image, cax=axes.inset_axes((1.02, 0.06, 0.015, 0.8)))
+    bar.set_label(f"{colours.symbol} [{colours.unit.label}]")
     bar.outline.set_visible(False)

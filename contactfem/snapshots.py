@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contactfem.results import BodyPicture
 
@@ -92,7 +94,7 @@ def read_snapshot(path: Path) -> Snapshot:
     )
 
 
-def _picture(arrays: dict[str, np.ndarray], kind: str, name: str) -> BodyPicture:
+def _picture(arrays: dict[str, NDArray[Any]], kind: str, name: str) -> BodyPicture:
     start = f"{kind}/{name}/"
     fields = {
         key.removeprefix(start + "field/"): values.astype(np.float64)
