@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, report, schema."""
+"""The command line: check, mesh, run, resume, report, film, schema."""
 
 import argparse
 import glob
@@ -55,6 +55,7 @@ def parser() -> argparse.ArgumentParser:
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     schema.add_argument(
         "--markdown", action="store_true", help="all keys as a page to read instead"
@@ -72,6 +73,10 @@ def parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="folder to write to; runs/CASE[-VARIANT] if not given. "
         "--variant all runs the case and all its variants, into folders of DIR if given",
+    )
+    film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
+    film.add_argument(
+        "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"
     )
     report.add_argument(
         "--html",
@@ -198,6 +203,13 @@ def _folders(path: Path) -> list[Path]:
     if not found:
         raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
     return found
+
+
+def _film(options: argparse.Namespace) -> int:
+    from contactfem.film import film
+
+    print(film(options.folder, options.out or options.folder / "film.gif"))
+    return ExitCode.DONE
 
 
 def _schema(options: argparse.Namespace) -> int:

@@ -56,7 +56,8 @@ class HeatRecord:
         for name, heat in zip(self._thermal.held, balance.held, strict=True):
             held[name] = held.get(name, 0.0) + heat
         increments = self._grown(increments, [before, *outcome.solution.stages])
-        rates = [(b - a) / outcome.dt for a, b in zip(before, theta, strict=True)]
+        pairs = zip(before, theta, strict=True)
+        rates = [np.asarray((b - a) / outcome.dt) for a, b in pairs]
         increments = replace(increments, zigzags=self._zigzags(increments.zigzags, rates))
         report = HeatStep(
             passes=outcome.passes,

@@ -21,7 +21,8 @@ PLAIN = """
     gaps rigid boxes nearest shapes location constants facets
     archive checkpoint
     expect facts heat_words plausible check mesh_files key_words case_reference
-    charts interface_figure pictures heat_figure figures output report terminal resume
+    charts interface_figure pictures heat_figure figures snapshots film output report terminal
+    resume
     markup html_style html_steps html_report
     stop stops
     recovery constrained_recovery interface_recovery relative_error space_error time_error
