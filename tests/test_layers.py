@@ -23,7 +23,7 @@ PLAIN = """
     expect heat_words check mesh_files
     charts interface_figure pictures heat_figure figures output report terminal
     recovery constrained_recovery interface_recovery relative_error space_error time_error
-    sizes adaptivity
+    sizes adaptivity mesh_choice
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat meshing blocks transfer mesh_view boundary_data body_recovery
