@@ -90,6 +90,7 @@ class Adaptation:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
+        self._found: dict[str, RelativeError] = {}
         self._lasting = self._lasting_before = _Lasting()
         self.use(discretisation)
 
@@ -156,8 +157,9 @@ class Adaptation:
             for name, cells in new.items():
                 if cells != old[name] or name in self._asked.get(problem, ()):
                     reason = self._reasons.get(problem, "")
+                    eta = self._found[problem].eta if problem in self._found else 0.0
                     self._now.remeshes.append(
-                        Remeshing(t, problem, name, old[name], cells, reason, seconds)
+                        Remeshing(t, problem, name, old[name], cells, reason, seconds, eta)
                     )
         self.use(after)
 
@@ -188,7 +190,7 @@ class Adaptation:
             errors["mechanics"] = self._stress(conditions, t)
         if self._flux is not None and heat is not None:
             errors["heat"] = self._flux(heat.solution.theta, heat.exchanges, t)
-        found = {problem: total(bodies) for problem, bodies in errors.items()}
+        self._found = found = {problem: total(bodies) for problem, bodies in errors.items()}
         tolerances = {
             "mechanics": self.settings.for_mechanics(),
             "heat": self.settings.for_heat(),

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
+from contactfem.error_measure import uniform_costs
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
 from contactfem.results import InterfaceTable, RunResult, Status, StepReport
@@ -185,6 +186,7 @@ def summarise(
         "force_unit": result.case.force_unit,
         "reactions": result.reactions,
         "values": values,
+        "uniform": [asdict(cost) for cost in uniform_costs(result.steps)],
         "steps": [asdict(step) for step in result.steps],
     }
 

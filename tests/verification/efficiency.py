@@ -42,9 +42,7 @@ def rate_error(discretisation, state, theta, t, dt, capacity):
     space counts; with the mass matrix as the norm.
     """
     total = np.zeros(2)
-    for (data, _), body in zip(
-        vertex_temperatures(discretisation, state), discretisation.heat.bodies, strict=True
-    ):
+    for data, _ in vertex_temperatures(discretisation, state):
         x, h = data.points.T, 1e-6
         mean = (theta(x, t) - theta(x, t - dt)) / dt
         lumped = _lumped(data) * capacity
@@ -53,7 +51,6 @@ def rate_error(discretisation, state, theta, t, dt, capacity):
             rate = (theta(x, at + h) - theta(x, at - h)) / (2.0 * h)
             for part, values in enumerate((rate - mean, rate)):
                 total[part] += 0.5 * dt * weight * (lumped @ values**2)
-        del body
     return total
 
 
@@ -95,4 +92,4 @@ class Efficiency:
             discretisation, state, self.solution.theta, report.t, report.dt, self.capacity
         )
         indicated = errors.time if errors is not None and errors.time else np.nan
-        self.time.append((indicated, np.sqrt(error / norm)))
+        self.time.append((indicated, np.sqrt(error / norm) if norm > 0.0 else np.nan))
