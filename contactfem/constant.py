@@ -13,10 +13,9 @@ import numpy as np
 from petsc4py import PETSc
 
 from contactfem.condensed import Condensed
-from contactfem.contact import Conditions
-from contactfem.direct import Direct
+from contactfem.direct import Iterate
 from contactfem.held import Held
-from contactfem.interface_matrix import InterfaceMatrix, interface_unknowns
+from contactfem.on_interfaces import OnInterfaces
 from contactfem.schur import SchurFactor
 from contactfem.surfaces import Floats
 from contactfem.timers import Timers
@@ -37,7 +36,7 @@ class _Origin:
     condensed: Floats
 
 
-class Constant(Direct):
+class Constant(OnInterfaces):
     """Residuals and linear systems on the interfaces of a linear bulk.
 
     Args:
@@ -46,27 +45,14 @@ class Constant(Direct):
     """
 
     def __init__(self, equations: Condensed, timers: Timers) -> None:
-        super().__init__(equations, {}, timers)
-        n = self.system.numbering.n_global
+        super().__init__(equations, timers)
         self._held = Held(self.system)
-        self._unknowns = interface_unknowns(equations.interfaces)
-        self._matrix = InterfaceMatrix(equations.interfaces, self._unknowns, n, timers)
         self._factor: SchurFactor | None = None
         self._origin: _Origin | None = None
-        self._damping = 1.0
-        self._operator = PETSc.Mat().createPython(((n, n), (n, n)), self, comm=self.system.comm)
-        self._operator.setUp()
-
-    def attach(self, snes: PETSc.SNES) -> PETSc.Mat:
-        """Solve the linear systems here."""
-        snes.ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = snes.ksp.getPC()
-        pc.setType(PETSc.PC.Type.PYTHON)
-        pc.setPythonContext(self)
-        return self._operator
 
     def begin(self) -> None:
         """Forget the last solve; its factor stays."""
+        super().begin()
         self._origin = None
 
     def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> None:
@@ -76,38 +62,37 @@ class Constant(Direct):
             self._rows = self._held.residual(out.array_r, self.parts)
             return
         self.system.spread(x)
-        moved = x.array_r[self._unknowns] - self._origin.x
+        moved = x.array_r[self.unknowns] - self._origin.x
         self._rows = self._origin.condensed + self._schur() @ moved
         out.set(0.0)
-        out.array[self._unknowns] = self._rows[: len(moved)]
+        out.array[self.unknowns] = self._rows[: len(moved)]
 
     def reactions(self) -> list[float]:
         """As those of `Direct`."""
-        return [float(v) for v in self._held.motions @ self._rows[-len(self._held.numbers) :]]
+        held = len(self._rows) - len(self._held.numbers)
+        return [float(v) for v in self._held.motions @ self._rows[held:]]
 
-    def linearise(
-        self, conditions: Sequence[Conditions], jumps: Sequence[Floats | None], damping: float
-    ) -> PETSc.Mat:
+    def linearise(self, at: Iterate) -> PETSc.Mat:
         """As that of `Direct`, on the interfaces."""
         if self._factor is None:
             self._factor = self._factorise()
-        self._inner = np.zeros(len(self._unknowns))
+        self._inner = np.zeros(len(self.unknowns))
         if self._origin is None:
             with self.timers.book("solve"):
                 condensed = self._factor.condense(self._rows)
-            x = self.system.x.array_r[self._unknowns]
+            x = self.system.x.array_r[self.unknowns]
             self._origin = _Origin(x, self._rows, condensed)
             self._inner = (condensed - self._rows[self._factor.kept])[: len(x)]
-        self._matrix.fill(self._schur()[: len(self._unknowns)], conditions)
-        self._damping = damping
-        return self._operator
+        self.matrix.fill(self._schur()[: len(self.unknowns)], at.conditions)
+        self.damping = at.damping
+        return self.operator
 
     def _factorise(self) -> SchurFactor:
         """Factor of the bulk that gives the interfaces and the reactions away."""
         with self.timers.book("assembly"):
             K = self._held.matrix()
         with self.timers.book("factorisation"):
-            kept = np.concatenate((self._unknowns, self._held.numbers))
+            kept = np.concatenate((self.unknowns, self._held.numbers))
             factor = SchurFactor(K, kept, symmetric=True)
             factor.factorise()
         return factor
@@ -115,23 +100,23 @@ class Constant(Direct):
     def _schur(self) -> Floats:
         """Rows of the interfaces and held dofs, columns of the interfaces."""
         assert self._factor is not None
-        return self._factor.S[:, : len(self._unknowns)]
+        return self._factor.S[:, : len(self.unknowns)]
 
-    def apply(self, pc: PETSc.PC, b: PETSc.Vec, y: PETSc.Vec) -> None:
+    def step(self, residual: Floats) -> Floats:
         """Newton's step at the interfaces; the interior's is left for the end."""
-        y.set(0.0)
-        right = b.array_r[self._unknowns]
-        y.array[self._unknowns] = self._damping * self._matrix.solve(self._inner, right)
+        result = np.zeros(len(residual))
+        result[self.unknowns] = self.matrix.solve(self._inner, residual[self.unknowns])
+        return result
 
     def finish(self, x: PETSc.Vec) -> None:
         """Let the interior follow, and the bodies."""
         if self._origin is None or self._factor is None:
             return
         moved = np.zeros(len(self._factor.kept))
-        moved[: len(self._unknowns)] = x.array_r[self._unknowns] - self._origin.x
+        moved[: len(self.unknowns)] = x.array_r[self.unknowns] - self._origin.x
         with self.timers.book("solve"):
             change = self._factor.expand(-self._origin.residual, -self._origin.condensed, moved)
         interior = np.ones(len(x.array_r), bool)
-        interior[self._unknowns] = False
+        interior[self.unknowns] = False
         x.array[interior] += change[: len(interior)][interior]
         self.system.spread(x)

@@ -1,6 +1,7 @@
 """Newton's linear systems the plain way: the whole tangent, factorised in every iteration."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from petsc4py import PETSc
 
@@ -22,6 +23,25 @@ MUMPS = {
 PIVOTING = {"mat_mumps_icntl_14": "200"}
 
 
+@dataclass(frozen=True)
+class Iterate:
+    """Where Newton's method is.
+
+    Attributes:
+        conditions: Contact conditions of every interface.
+        jumps: Of `System.advance` in the first iteration, else all None.
+        damping: Share of the coming step that is taken.
+        residuals: Scaled residuals of the solve so far [-].
+        tolerance: What they must come to [-].
+    """
+
+    conditions: Sequence[Conditions]
+    jumps: Sequence[Floats | None]
+    damping: float
+    residuals: Sequence[float]
+    tolerance: float
+
+
 class Direct:
     """Residuals and linear systems of Newton's method for a system with contact.
 
@@ -29,22 +49,27 @@ class Direct:
         equations: The system.
         options: PETSc options for the linear solver, over the defaults.
         timers: Where time is booked.
+
+    Attributes:
+        options: PETSc options that it needs.
+        parts: Residuals of the bodies' local dofs at the last state [N/m].
+        failure: Why the last linear system had no solution, in words; else empty.
     """
 
-    def __init__(
-        self, equations: Condensed, options: Mapping[str, str], timers: Timers
-    ) -> None:
+    def __init__(self, equations: Condensed, options: Mapping[str, str], timers: Timers) -> None:
         self.equations, self.system, self.timers = equations, equations.system, timers
         kept = len(self.system.numbering.multipliers) > 0
         self.options = MUMPS | (PIVOTING if kept else {}) | dict(options)
         self.parts: list[Floats] = []
+        self.failure = ""
 
     def attach(self, snes: PETSc.SNES) -> PETSc.Mat:
         """Prepare the solver, after its options; returns a matrix to start with."""
         return self.system.create_matrix(self.system.pattern)
 
     def begin(self) -> None:
-        """A new solve begins."""
+        """Begin a new solve."""
+        self.failure = ""
 
     def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> None:
         """Residual without contact at some unknowns, which the bodies take over; collective.
@@ -61,25 +86,14 @@ class Direct:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
         return self.system.reactions(self.parts)
 
-    def linearise(
-        self, conditions: Sequence[Conditions], jumps: Sequence[Floats | None], damping: float
-    ) -> PETSc.Mat:
-        """Operator of the next linear system; collective.
-
-        Args:
-            conditions: Of every interface at the last state.
-            jumps: As for `residual`.
-            damping: Share of Newton's step that is taken.
-
-        Returns:
-            The tangent, over the damping.
-        """
+    def linearise(self, at: Iterate) -> PETSc.Mat:
+        """Operator of the next linear system, the tangent over the damping; collective."""
         with self.timers.book("contact.pattern"):
-            self.equations.prepare(conditions)
-        self.equations.fill(conditions, jumps)
+            self.equations.prepare(at.conditions)
+        self.equations.fill(at.conditions, at.jumps)
         A = self.equations.tangent()
-        if damping < 1.0:
-            A.scale(1.0 / damping)
+        if at.damping < 1.0:
+            A.scale(1.0 / at.damping)
         return A
 
     def finish(self, x: PETSc.Vec) -> None:

@@ -1,4 +1,4 @@
-"""The bulk with its prescribed motions as unknowns, so that reactions are rows of it; on one rank."""
+"""The bulk with prescribed motions as unknowns: reactions are rows of it; on one rank."""
 
 from collections.abc import Sequence
 
@@ -34,11 +34,12 @@ class Held:
                 if p.body == b:
                     member[k, body.dofs(p.vertices, p.component)] = True
             held = unknown == PRESCRIBED
-            groups, inverse = np.unique(member[:, held], axis=1, return_inverse=True)
             numbers = unknown.copy()
-            numbers[held] = first + inverse.ravel()
-            first += groups.shape[1]
-            motions.append(groups)
+            if held.any():
+                groups, inverse = np.unique(member[:, held], axis=1, return_inverse=True)
+                numbers[held] = first + inverse.ravel()
+                first += groups.shape[1]
+                motions.append(groups)
             self._unknown.append(numbers)
         self.motions = np.hstack(motions).astype(float)
         self.numbers: Ints = np.arange(self._n, first)

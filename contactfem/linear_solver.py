@@ -6,9 +6,11 @@ from contactfem.condensed import Condensed
 from contactfem.constant import Constant
 from contactfem.direct import Direct
 from contactfem.interface_matrix import interface_unknowns
+from contactfem.reused import Reused
 from contactfem.saddle import Saddle
 from contactfem.timers import Timers
 
+FEWEST = 10_000  # unknowns of a bulk that is not linear below which a new factor costs little
 MOST = 2500  # unknowns of the interfaces beyond which dense matrices cost more than they save
 
 
@@ -29,6 +31,9 @@ def linear_solver(
     system = equations.system
     may = reuse and not options and system.comm.size == 1 and not isinstance(equations, Saddle)
     if may and equations.interfaces:
-        if len(interface_unknowns(equations.interfaces)) <= MOST and system.is_linear:
+        few = len(interface_unknowns(equations.interfaces)) <= MOST
+        if few and system.is_linear:
             return Constant(equations, timers)
+        if few and system.numbering.n_global >= FEWEST:
+            return Reused(equations, timers)
     return Direct(equations, options, timers)

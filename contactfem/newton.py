@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
+from contactfem.direct import Iterate
 from contactfem.laws import Trial
 from contactfem.linear_solver import linear_solver
 from contactfem.saddle import Saddle
@@ -18,7 +19,7 @@ from contactfem.surfaces import Floats
 from contactfem.system import System
 from contactfem.timers import Timers
 
-CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
+CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
 TURNED_OVER = "the residual is not a number: a cell was turned inside out"
@@ -85,7 +86,7 @@ class NewtonSolver:
         max_iterations: int,
         options: Mapping[str, str],
         timers: Timers,
-        reuse: bool = True,
+        reuse: bool = False,
     ) -> None:
         self.system, self.timers = system, timers
         kept = len(system.numbering.multipliers) > 0
@@ -241,6 +242,9 @@ class NewtonSolver:
         stands = bool(stands and (not self._kept or idle))
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
+        if self.linear.failure:
+            self._reason = self.linear.failure
+            return DIVERGED_LINEAR
         if not np.isfinite(norm):
             self._reason = TURNED_OVER
             return DIVERGED_NAN
@@ -262,7 +266,9 @@ class NewtonSolver:
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
         """Tangent with contact, factorised here so that its time is booked."""
-        A = self.linear.linearise(self.conditions, self._jumps, self._damping())
+        residuals = tuple(self._residuals)
+        at = Iterate(self.conditions, self._jumps, self._damping(), residuals, self.tolerance)
+        A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
         snes.ksp.setOperators(A, A)
         with self.timers.book("factorisation"):

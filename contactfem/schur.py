@@ -63,9 +63,11 @@ class SchurFactor:
         _call("MatFactorCreateSchurComplement", factor, byref(handle), byref(status))
         self.S = self._entries(handle).T.copy()  # stored by columns
         _call("MatDestroy", byref(handle))
-        # With the identity in its place a solve ends with the condensed right-hand side
+        # With σ 1 in its place a solve ends with the condensed right-hand side over σ, which is of
+        # the size of the other unknowns
+        self._scale = float(np.abs(np.diagonal(self.S)).mean()) or 1.0
         _call("MatFactorGetSchurComplement", factor, byref(handle), byref(status))
-        self._entries(handle)[:] = np.eye(len(self.kept))
+        self._entries(handle)[:] = np.eye(len(self.kept)) / self._scale
         _call("MatFactorRestoreSchurComplement", factor, byref(handle), INVERTED)
 
     def _entries(self, dense: c_void_p) -> Floats:
@@ -85,7 +87,7 @@ class SchurFactor:
         Returns:
             Values at `kept`.
         """
-        return self._solve(r)[self.kept]
+        return self._scale * self._solve(r)[self.kept]
 
     def expand(self, r: Floats, condensed: Floats, x: Floats) -> Floats:
         """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k.
@@ -99,11 +101,11 @@ class SchurFactor:
             x, (n,).
         """
         shifted = r.copy()
-        shifted[self.kept] += x - condensed
+        shifted[self.kept] += self._scale * x - condensed
         return self._solve(shifted)
 
     def _solve(self, r: Floats) -> Floats:
-        """x_k = r_k - K_ki K_ii⁻¹ r_i, and x_i = K_ii⁻¹ (r_i - K_ik x_k)."""
+        """x_k = (r_k - K_ki K_ii⁻¹ r_i) / σ, and x_i = K_ii⁻¹ (r_i - K_ik x_k)."""
         self._right.array[:] = r
         self._ksp.solve(self._right, self._left)
         return np.array(self._left.array_r)
