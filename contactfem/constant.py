@@ -76,7 +76,7 @@ class Constant(OnInterfaces):
         """As that of `Direct`, on the interfaces."""
         if self._factor is None:
             self._factor = self._factorise()
-        self._inner = np.zeros(len(self.unknowns))
+        self._inner: Floats = np.zeros(len(self.unknowns))
         if self._origin is None:
             with self.timers.book("solve"):
                 condensed = self._factor.condense(self._rows)

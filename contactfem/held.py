@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from contactfem.numbering import PRESCRIBED, Floats, Ints
+from contactfem.surfaces import Bools
 from contactfem.system import System
 
 
@@ -19,12 +20,14 @@ class Held:
 
     Attributes:
         numbers: Numbers of the groups of held dofs, (g,).
+        unknown: Numbers of every body's local dofs.
         motions: Which groups each prescribed motion holds, (motions, g).
     """
 
     def __init__(self, system: System) -> None:
         self._system, self._n = system, system.numbering.n_global
-        motions, self._unknown = [np.empty((len(system.prescribed), 0), bool)], []
+        motions: list[Bools] = [np.empty((len(system.prescribed), 0), bool)]
+        self.unknown: list[Ints] = []
         first = self._n
         for b, (body, unknown) in enumerate(
             zip(system.bodies, system.numbering.unknown, strict=True)
@@ -40,7 +43,7 @@ class Held:
                 numbers[held] = first + inverse.ravel()
                 first += groups.shape[1]
                 motions.append(groups)
-            self._unknown.append(numbers)
+            self.unknown.append(numbers)
         self.motions = np.hstack(motions).astype(float)
         self.numbers: Ints = np.arange(self._n, first)
 
@@ -53,7 +56,7 @@ class Held:
         """
         size = self._n + len(self.numbers)
         result = np.zeros(size)
-        for unknown, part in zip(self._unknown, parts, strict=True):
+        for unknown, part in zip(self.unknown, parts, strict=True):
             result += np.bincount(unknown, part, size)
         result[: self._n] = free
         return result
@@ -63,7 +66,7 @@ class Held:
         pattern = self._pattern()
         csr = (pattern.indptr, pattern.indices, np.zeros(pattern.nnz))
         A = PETSc.Mat().createAIJ(pattern.shape, csr=csr, comm=self._system.comm)
-        for body, unknown in zip(self._system.bodies, self._unknown, strict=True):
+        for body, unknown in zip(self._system.bodies, self.unknown, strict=True):
             numbers = PETSc.LGMap().create(unknown.astype(np.int32), comm=self._system.comm)
             A.setLGMap(numbers, numbers)
             body.add_tangent(A)
@@ -76,7 +79,7 @@ class Held:
         free = self._system.pattern.copy()
         free.resize((size, size))
         rows, cols = [self.numbers], [self.numbers]
-        for body, unknown in zip(self._system.bodies, self._unknown, strict=True):
+        for body, unknown in zip(self._system.bodies, self.unknown, strict=True):
             dofs = unknown[body.cell_dofs()]
             dofs = dofs[(dofs >= self._n).any(axis=1)]
             rows.append(np.repeat(dofs, dofs.shape[1], axis=1).ravel())

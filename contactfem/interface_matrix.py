@@ -15,7 +15,7 @@ from contactfem.timers import Timers
 def interface_unknowns(interfaces: Sequence[Interface]) -> Ints:
     """Unknowns of the nodes of some interfaces, ascending."""
     numbers = np.concatenate([i.nodes.unknown.ravel() for i in interfaces])
-    return np.unique(numbers[numbers >= 0])
+    return np.asarray(np.unique(numbers[numbers >= 0]))
 
 
 class InterfaceMatrix:
@@ -76,7 +76,7 @@ class InterfaceMatrix:
         Returns:
             x, (n,).
         """
-        return np.linalg.solve(self.matrix, self.moved(forces) + right)
+        return np.asarray(np.linalg.solve(self.matrix, self.moved(forces) + right), np.float64)
 
     def moved(self, forces: Floats) -> Floats:
         """T times rows of bulk forces, (n,) or (n, m)."""
