@@ -63,7 +63,7 @@ class Constant(OnInterfaces):
             return
         self.system.spread(x)
         moved = x.array_r[self.unknowns] - self._origin.x
-        self._rows = self._origin.condensed + self._schur() @ moved
+        self._rows = self._origin.condensed + self._answer @ moved
         out.set(0.0)
         out.array[self.unknowns] = self._rows[: len(moved)]
 
@@ -83,7 +83,7 @@ class Constant(OnInterfaces):
             x = self.system.x.array_r[self.unknowns]
             self._origin = _Origin(x, self._rows, condensed)
             self._inner = (condensed - self._rows[self._factor.kept])[: len(x)]
-        self.matrix.fill(self._schur()[: len(self.unknowns)], at.conditions)
+        self.matrix.fill(self._S, at.conditions)
         self.damping = at.damping
         return self.operator
 
@@ -95,12 +95,9 @@ class Constant(OnInterfaces):
             kept = np.concatenate((self.unknowns, self._held.numbers))
             factor = SchurFactor(K, kept, symmetric=True)
             factor.factorise()
+        self._answer = factor.S[:, : len(self.unknowns)]  # with the rows of the held dofs
+        self._S = self._answer[: len(self.unknowns)]
         return factor
-
-    def _schur(self) -> Floats:
-        """Rows of the interfaces and held dofs, columns of the interfaces."""
-        assert self._factor is not None
-        return self._factor.S[:, : len(self.unknowns)]
 
     def step(self, residual: Floats) -> Floats:
         """Newton's step at the interfaces; the interior's is left for the end."""

@@ -7,9 +7,13 @@ import scipy.sparse as sp
 
 from contactfem.condensed import Interface, contact_rows
 from contactfem.contact import Conditions
-from contactfem.surfaces import Floats, Ints
+from contactfem.dense import Elimination
+from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.tangent import linearise
 from contactfem.timers import Timers
+
+LEAST_MARGIN = 8  # nodes along a surface, beside those that contact touches, that it may touch next
+Triplets = tuple[Ints, Ints, Floats]
 
 
 def interface_unknowns(interfaces: Sequence[Interface]) -> Ints:
@@ -22,7 +26,8 @@ class InterfaceMatrix:
     """T S + C: the Schur complement of the bulk with the rows that contact moves and adds.
 
     Contact takes the rows of nonmortar nodes in contact away, T moves shares of them to others, and
-    C is what positions do. T works on any rows of bulk forces.
+    C is what positions do. Both are one and zero but for some unknowns, where contact is or was:
+    the others are eliminated, once for many iterations.
 
     Args:
         interfaces: The interfaces.
@@ -39,12 +44,13 @@ class InterfaceMatrix:
         place[unknowns] = np.arange(self._n)
         self._place = place
         self._at = [place[i.nodes.unknown.ravel()] for i in interfaces]
+        self._rest: Elimination | None = None
 
     def fill(self, S: Floats, conditions: Sequence[Conditions]) -> None:
         """Take the contact of a state.
 
         Args:
-            S: Schur complement on the unknowns, (n, n).
+            S: Schur complement on the unknowns, (n, n); the same array as long as it is the same.
             conditions: Of every interface.
         """
         with self._timers.book("contact.tangent"):
@@ -57,14 +63,27 @@ class InterfaceMatrix:
             for k, interface in enumerate(self._interfaces):
                 rows = contact_rows(interface, conditions[k], tangents[k])
                 target, replaced = self._place[rows.targets], self._place[rows.replaced]
-                shares.append(self._placed(rows.by_force, target, replaced))
-                added.append(self._placed(rows.by_position, target, self._at[k]))
                 taken.append(replaced)
-            self._taken = np.concatenate(taken)
-            self._shares = sum(shares[1:], shares[0])
-            self.matrix = self.moved(S)
-            entries = sum(added[1:], added[0]).tocoo()
-            self.matrix[entries.row, entries.col] += entries.data
+                shares.append(_placed(rows.by_force, target, replaced))
+                added.append(_placed(rows.by_position, target, self._at[k]))
+            self._assemble(S, np.concatenate(taken), _joined(shares), _joined(added))
+
+    def _assemble(self, S: Floats, taken: Ints, shares: Triplets, C: Triplets) -> None:
+        """The matrix on the unknowns that are left."""
+        used = np.zeros(self._n, bool)
+        for numbers in (taken, shares[0], C[0], C[1]):
+            used[numbers] = True
+        if self._rest is None or not self._rest.serves(S, used):
+            self._rest = Elimination(S, self._with_margin(used))
+        number, left = self._rest.number, len(self._rest.left)
+        self._taken = number[taken]
+        place = (number[shares[0]], number[shares[1]])
+        moved = sp.coo_matrix((shares[2], place), (left, left)).tocsr()
+        self._rows = np.flatnonzero(np.diff(moved.indptr))
+        self._shares = moved[self._rows][:, self._taken]
+        self.matrix = self._moved(self._rest.S)
+        entries = sp.coo_matrix((C[2], (number[C[0]], number[C[1]])), (left, left)).tocsr().tocoo()
+        self.matrix[entries.row, entries.col] += entries.data
 
     def solve(self, forces: Floats, right: Floats) -> Floats:
         """Solve (T S + C) x = T forces + right.
@@ -76,20 +95,41 @@ class InterfaceMatrix:
         Returns:
             x, (n,).
         """
-        return np.asarray(np.linalg.solve(self.matrix, self.moved(forces) + right), np.float64)
+        assert self._rest is not None
+        inner = self._rest.condense(forces, forces + right)
+        reduced = self._moved(inner) + right[self._rest.left]
+        return self._rest.expand(np.asarray(np.linalg.solve(self.matrix, reduced), np.float64))
 
-    def moved(self, forces: Floats) -> Floats:
-        """T times rows of bulk forces, (n,) or (n, m)."""
-        result = self._shares @ forces
-        rest = np.ones(self._n, bool)
-        rest[self._taken] = False
-        result[rest] += forces[rest]
-        return np.asarray(result)
+    def _moved(self, forces: Floats) -> Floats:
+        """T times rows of bulk forces, (left,) or (left, m)."""
+        result = forces.copy()
+        result[self._taken] = 0.0
+        result[self._rows] += self._shares @ forces[self._taken]
+        return result
 
-    def _placed(self, matrix: sp.csr_matrix, rows: Ints, columns: Ints) -> sp.csr_matrix:
-        """A matrix with its entries at some rows and columns; those with a negative one drop."""
-        entries = matrix.tocoo()
-        row, col = rows[entries.row], columns[entries.col]
-        keep = (row >= 0) & (col >= 0)
-        place = (row[keep], col[keep])
-        return sp.coo_matrix((entries.data[keep], place), (self._n, self._n)).tocsr()
+    def _with_margin(self, used: Bools) -> Ints:
+        """Unknowns of the nodes that contact touches and of others beside them."""
+        result = used.copy() if self._rest is None else used | (self._rest.number >= 0)
+        for interface, at in zip(self._interfaces, self._at, strict=True):
+            known = at >= 0
+            touched = np.zeros(len(at), bool)
+            touched[known] = result[at[known]]
+            near = touched.reshape(-1, 2).any(axis=1)
+            for facets in (interface.nodes.mesh.nonmortar, interface.nodes.mesh.mortar):
+                for _ in range(max(LEAST_MARGIN, int(near[facets].sum()) // 8)):
+                    near[facets[near[facets].any(axis=1)]] = True
+            result[at[known & np.repeat(near, 2)]] = True
+        return np.flatnonzero(result)
+
+
+def _placed(matrix: sp.csr_matrix, rows: Ints, columns: Ints) -> Triplets:
+    """Entries of a matrix at some rows and columns; those with a negative one drop."""
+    entries = matrix.tocoo()
+    row, col = rows[entries.row], columns[entries.col]
+    keep = (row >= 0) & (col >= 0)
+    return row[keep], col[keep], entries.data[keep]
+
+
+def _joined(parts: Sequence[Triplets]) -> Triplets:
+    row, col, value = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return row, col, value

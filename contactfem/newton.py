@@ -265,14 +265,11 @@ class NewtonSolver:
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
-        """Tangent with contact, factorised here so that its time is booked."""
+        """Tangent with contact."""
         residuals = tuple(self._residuals)
         at = Iterate(self.conditions, self._jumps, self._damping(), residuals, self.tolerance)
         A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
-        snes.ksp.setOperators(A, A)
-        with self.timers.book("factorisation"):
-            snes.ksp.setUp()
         self._solve_started = time.perf_counter()
 
     def _damping(self) -> float:

@@ -27,7 +27,7 @@ PARALLEL = """
     surfaces segments mortar
     contact rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability
-    direct schur held interface_matrix on_interfaces constant reused linear_solver newton
+    direct schur held dense interface_matrix on_interfaces constant reused linear_solver newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields discretise diagnosis state staggered heat_record gathering recorder run
     suite cli_run cli
