@@ -48,13 +48,16 @@ class Time(Model):
 class Solver(Model):
     """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options.
 
-    `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle).
+    `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle). `reuse`: whether
+    a factor may serve on where that pays (condensed, one rank, no `petsc` options); the answer is
+    the same.
     """
 
     system: Literal["condensed", "saddle"] = "condensed"
     tolerance: Fraction = 1e-10
     max_iterations: Annotated[Count, Field(ge=1)] = 30
     max_cutbacks: Count = 8
+    reuse: Flag = True
     petsc: dict[str, str] = {}
 
 

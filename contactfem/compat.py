@@ -1,5 +1,8 @@
 """Differences between dolfinx 0.9 and 0.11; no other module asks for the version."""
 
+import ctypes
+from functools import cache
+
 import basix
 import numpy as np
 import numpy.typing as npt
@@ -82,3 +85,13 @@ class CellExpression:
         found = self._compiled.eval(self._mesh, np.arange(n, dtype=np.int32))
         # also on a rank without cells
         return np.asarray(found).reshape(n, len(self._points), self._components)
+
+
+@cache
+def petsc_library() -> ctypes.CDLL:
+    """PETSc itself, for the few functions that petsc4py does not wrap."""
+    try:
+        from dolfinx.fem.petsc import get_petsc_lib
+    except ImportError:
+        from dolfinx.utils import get_petsc_lib
+    return ctypes.CDLL(str(get_petsc_lib()))

@@ -174,48 +174,81 @@ class Condensed:
         self, A: PETSc.Mat, interface: Interface, c: Conditions, tangent: Tangent
     ) -> tuple[Ints, Ints, sp.csr_matrix]:
         """This rank's rows to clear, and what it adds: global rows and values (rows, n_global)."""
-        numbering = self.system.numbering
-        unknown, mesh = interface.nodes.unknown, interface.nodes.mesh
-        n = mesh.n_nonmortar
-        to_rows = self._to_force_rows(interface, c)
-        by_multiplier = to_rows @ tangent.by_multiplier
-        D = np.where(c.operators.D > 0.0, c.operators.D, np.inf)
-        # λ_j = -R_j / D_jj: dλ_j = -dR_j / D_jj - λ_j dD_jj / D_jj
-        ratio = (c.multiplier / D[:, None]).ravel()
-        by_D = sp.csr_matrix((-ratio, np.repeat(np.arange(n), 2), np.arange(2 * n + 1)), (2 * n, n))
-        by_position = to_rows @ tangent.by_position + by_multiplier @ (by_D @ tangent.D_by_position)
-        columns = by_position.tocoo()
-        at = unknown.ravel()[columns.col] >= 0
-        shape = (by_position.shape[0], numbering.n_global)
+        numbering, unknown = self.system.numbering, interface.nodes.unknown.ravel()
+        rows = contact_rows(interface, c, tangent)
+        columns = rows.by_position.tocoo()
+        at = unknown[columns.col] >= 0
         total = sp.coo_matrix(
-            (columns.data[at], (columns.row[at], unknown.ravel()[columns.col[at]])), shape
+            (columns.data[at], (columns.row[at], unknown[columns.col[at]])),
+            (len(rows.targets), numbering.n_global),
         ).tocsr()
-        replaced = (mesh.free[:n] & c.active[:, None]).ravel()
-        flat = unknown[:n].ravel()
-        mine = np.flatnonzero(
-            replaced & (flat >= numbering.first) & (flat < numbering.first + numbering.n_local)
-        )
-        stiffness = _rows_of(A, flat[mine], numbering.n_global)
-        compliance = sp.diags(-1.0 / np.repeat(D, 2)[mine])
-        total = (total + by_multiplier[:, mine] @ (compliance @ stiffness)).tocsr()
-        targets = np.concatenate((unknown.ravel(), np.where(replaced, flat, -1)))
-        keep = np.flatnonzero((targets >= 0) & (np.diff(total.indptr) > 0))
-        return flat[mine], targets[keep], total[keep]
+        local = rows.replaced - numbering.first
+        mine = np.flatnonzero((local >= 0) & (local < numbering.n_local))
+        stiffness = _rows_of(A, rows.replaced[mine], numbering.n_global)
+        total = (total + rows.by_force[:, mine] @ stiffness).tocsr()
+        keep = np.flatnonzero((rows.targets >= 0) & (np.diff(total.indptr) > 0))
+        return rows.replaced[mine], rows.targets[keep], total[keep]
 
-    @staticmethod
-    def _to_force_rows(interface: Interface, c: Conditions) -> sp.csr_matrix:
-        """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
-        n_row, t_row = row_scales(interface, c)
-        normals, n_nodes = c.operators.normals, len(interface.nodes.X)
-        n = len(n_row)
-        scaled = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
-        size = 2 * (n_nodes + n)
-        forces = np.arange(2 * n_nodes)
-        pairs = np.repeat(2 * n_nodes + 2 * np.arange(n), 4).reshape(n, 2, 2) + np.arange(2)
-        data = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
-        indices = np.concatenate((forces, pairs.ravel()))
-        indptr = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1)))
-        return sp.csr_matrix((data, indices, indptr), (size, size))
+
+@dataclass(frozen=True)
+class ContactRows:
+    """What contact makes of the bulk tangent K: some of its rows move, others come.
+
+    Attributes:
+        targets: Unknown of each row; negative where there is none, (rows,).
+        replaced: Unknowns of nodes in contact whose own rows of K are taken away, (m,).
+        by_force: Share of the taken rows that each row gets, d/dR [-], (rows, m).
+        by_position: What is added, with respect to the positions, (rows, 2 n_nodes).
+    """
+
+    targets: Ints
+    replaced: Ints
+    by_force: sp.csr_matrix
+    by_position: sp.csr_matrix
+
+
+def contact_rows(interface: Interface, c: Conditions, tangent: Tangent) -> ContactRows:
+    """Linearised forces and conditions of an interface with λ_j = -R_j / D_jj put in.
+
+    dλ_j = -dR_j / D_jj - λ_j dD_jj / D_jj.
+
+    Args:
+        interface: The interface.
+        c: Its conditions.
+        tangent: Their tangent, this rank's part.
+
+    Returns:
+        The rows; `by_position` is this rank's part.
+    """
+    unknown, mesh = interface.nodes.unknown, interface.nodes.mesh
+    n = mesh.n_nonmortar
+    to_rows = _to_force_rows(interface, c)
+    by_multiplier = to_rows @ tangent.by_multiplier
+    D = np.where(c.operators.D > 0.0, c.operators.D, np.inf)
+    ratio = (c.multiplier / D[:, None]).ravel()
+    by_D = sp.csr_matrix((-ratio, np.repeat(np.arange(n), 2), np.arange(2 * n + 1)), (2 * n, n))
+    by_position = to_rows @ tangent.by_position + by_multiplier @ (by_D @ tangent.D_by_position)
+    replaced = (mesh.free[:n] & c.active[:, None]).ravel()
+    flat = unknown[:n].ravel()
+    places = np.flatnonzero(replaced)
+    by_force = by_multiplier[:, places] @ sp.diags(-1.0 / np.repeat(D, 2)[places])
+    targets = np.concatenate((unknown.ravel(), np.where(replaced, flat, -1)))
+    return ContactRows(targets, flat[places], by_force.tocsr(), by_position.tocsr())
+
+
+def _to_force_rows(interface: Interface, c: Conditions) -> sp.csr_matrix:
+    """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
+    n_row, t_row = row_scales(interface, c)
+    normals, n_nodes = c.operators.normals, len(interface.nodes.X)
+    n = len(n_row)
+    scaled = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
+    size = 2 * (n_nodes + n)
+    forces = np.arange(2 * n_nodes)
+    pairs = np.repeat(2 * n_nodes + 2 * np.arange(n), 4).reshape(n, 2, 2) + np.arange(2)
+    data = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
+    indices = np.concatenate((forces, pairs.ravel()))
+    indptr = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1)))
+    return sp.csr_matrix((data, indices, indptr), (size, size))
 
 
 def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:

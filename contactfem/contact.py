@@ -1,6 +1,7 @@
 """Contact of one interface: conditions at the nonmortar nodes, forces, and their exact tangent."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,6 +30,7 @@ from contactfem.surfaces import (
     Ints,
     NormalField,
     facet_lengths,
+    full_lengths,
     half_lengths,
     nodal_normals,
 )
@@ -99,8 +101,8 @@ class Operators:
         gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
         full: D_jj of wholly covered facets [m], (n,).
         length: Half the length of the facets at each node [m], (n,): `full` without an axis.
-        full_derivative: d full / dx [-], (n, 2 n_nodes).
         pairs: This rank's candidate facet pairs, (p, 2).
+        mesh: The two surfaces.
     """
 
     x: Floats
@@ -110,8 +112,13 @@ class Operators:
     gap: Floats
     full: Floats
     length: Floats
-    full_derivative: sp.csr_matrix
     pairs: Ints
+    mesh: InterfaceMesh
+
+    @cached_property
+    def full_derivative(self) -> sp.csr_matrix:
+        """D full / dx [-], (n, 2 n_nodes)."""
+        return facet_lengths(self.mesh, self.x)[1]
 
     @property
     def cover(self) -> Floats:
@@ -207,9 +214,8 @@ class Contact:
         at = col >= 0
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
         gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
-        full, full_derivative = facet_lengths(mesh, x)
-        length = half_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, full, length, full_derivative, pairs)
+        full, length = full_lengths(mesh, x), half_lengths(mesh, x)
+        return Operators(x, normals, D, M, gap, full, length, pairs, mesh)
 
     def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
         """Status of every node from its trial state, and the residuals of the conditions.
@@ -376,6 +382,5 @@ def relative_motion(operators: Operators, history: History) -> Floats:
     """
     change = (operators.M - history.M).tocoo()
     reach = operators.x[change.col] - operators.x[change.row]
-    w = np.zeros((operators.M.shape[0], 2))
-    np.add.at(w, change.row, change.data[:, None] * reach)
-    return w
+    parts = (change.data[:, None] * reach).T
+    return np.column_stack([np.bincount(change.row, part, len(operators.D)) for part in parts])

@@ -124,6 +124,7 @@ class BodyProblem:
         self.vertex_dofs, self.vertices = dofs_at_vertices(mesh.mesh, self.vertex_space)
         self._residual_ufl = self._residual_form(loads)
         self.is_linear = law.linear and not any(load.is_pressure for load in loads)
+        self.is_symmetric = law.small_strain or not any(load.is_pressure for load in loads)
         self._action: fem.Form | None = None
 
     @cached_property

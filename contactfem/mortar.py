@@ -58,8 +58,7 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
         The operators' entries, with derivatives where the segments have them.
     """
     facets, e = np.unique(segments.facets[:, 0], return_inverse=True)
-    m = np.zeros((len(facets), 3))
-    np.add.at(m, e, segments.integrals[:, :3])
+    m = np.column_stack([np.bincount(e, part, len(facets)) for part in segments.integrals[:, :3].T])
     ends = mesh.nonmortar[facets]
     edge = x[ends[:, 1]] - x[ends[:, 0]]
     whole = np.hypot(edge[:, 0], edge[:, 1])
@@ -72,20 +71,22 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
         lumped = np.asarray(mesh.carries[ends[e]].all(axis=1))
     rows, cols = _places(mesh, segments, ends[e], lumped)
     blocks = _coefficients(A[e], lumped)
-    used = (covered[e][:, None, None] & (rows >= 0)).ravel()
+    used = np.flatnonzero(covered[e][:, None, None] & (rows >= 0))
     value = np.einsum("sktq,sq->skt", blocks, segments.integrals).ravel()[used]
     row, col = rows.ravel()[used], cols.ravel()[used]
     if segments.derivatives is None:
         return Mortar(row, col, value, None)
     dq, nodes = _integral_derivatives(mesh, segments, normals)
     count, width = rows.shape[1] * rows.shape[2], 2 * mesh.n_nodes
-    derivative = block_rows(blocks.reshape(len(e), count, 7) @ dq, nodes, width)
+    by_integrals = (blocks.reshape(len(e), count, 7) @ dq).reshape(-1, 1, dq.shape[2])[used]
+    derivative = block_rows(by_integrals, nodes[used // count], width)
     if dA is not None:
         dm = _sums(e, len(facets)) @ block_rows(dq[:, :3], nodes, width)
         by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e])
-        by_mass = by_basis.reshape(len(e), count, 3)
-        derivative = derivative + block_rows(by_mass, e[:, None], 3 * len(facets)) @ dm
-    return Mortar(row, col, value, derivative[used])
+        by_mass = by_basis.reshape(-1, 1, 3)[used]
+        by_facet = block_rows(by_mass, e[used // count, None], 3 * len(facets))
+        derivative = derivative + by_facet @ dm
+    return Mortar(row, col, value, derivative)
 
 
 def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None]:

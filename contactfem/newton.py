@@ -11,14 +11,16 @@ from petsc4py import PETSc
 
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
+from contactfem.direct import Iterate
 from contactfem.doubt import doubt
 from contactfem.laws import Status, Trial
+from contactfem.linear_solver import linear_solver
 from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
 from contactfem.system import System
 from contactfem.timers import Timers
 
-CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
+CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
 TURNED_OVER = (
@@ -32,17 +34,6 @@ UNSETTLED = (
 LOST = 4  # iterations without the contact that alone holds a body after which it has flown away
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
-DIRECT_SOLVER = {
-    "ksp_type": "preonly",
-    "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
-    "mat_mumps_icntl_6": "0",  # the rows of nonmortar nodes are built with a good diagonal
-    "mat_mumps_icntl_7": "2",  # AMF: a third faster than the default ordering in 2D
-    "mat_mumps_icntl_14": "60",
-}
-# Rows of multipliers have zeros on the diagonal: pivots wait for others, which takes memory. A
-# permutation by value (icntl_6 = 5) comes with scales of the first status, wrong for later ones.
-PIVOTING = {"mat_mumps_icntl_14": "200"}
 
 
 @dataclass(frozen=True)
@@ -96,6 +87,7 @@ class NewtonSolver:
         tolerance: Of the scaled residual [-].
         max_iterations: Newton iterations at most.
         options: PETSc options for the linear solver, over the defaults.
+        reuse: Whether factors may serve longer than one iteration; not with options of one's own.
         timers: Where time is booked.
     """
 
@@ -107,12 +99,13 @@ class NewtonSolver:
         max_iterations: int,
         options: Mapping[str, str],
         timers: Timers,
+        reuse: bool = False,
     ) -> None:
         self.system, self.timers = system, timers
         kept = len(system.numbering.multipliers) > 0
         self.equations = (Saddle if kept else Condensed)(system, interfaces, timers)
+        self.linear = linear_solver(self.equations, options, timers, reuse)
         self.tolerance, self.max_iterations = tolerance, max_iterations
-        self._options = DIRECT_SOLVER | (PIVOTING if kept else {}) | dict(options)
         self._stiffness = _stiffness(system)
         self._snes = self._create()
 
@@ -120,14 +113,14 @@ class NewtonSolver:
         snes = PETSc.SNES().create(self.system.comm)
         snes.setOptionsPrefix("mech_")
         options = PETSc.Options()
-        for key, value in ({"snes_linesearch_type": "basic"} | self._options).items():
+        for key, value in ({"snes_linesearch_type": "basic"} | self.linear.options).items():
             options.setValue("mech_" + key, value)
         snes.setType("newtonls")
         snes.setFunction(self._function, self.system.x.duplicate())
-        snes.setJacobian(self._jacobian, self.system.create_matrix(self.system.pattern))
         snes.setConvergenceTest(self._test)
         snes.setTolerances(max_it=self.max_iterations + 1)
         snes.setFromOptions()
+        snes.setJacobian(self._jacobian, self.linear.attach(snes))
         return snes
 
     def solve(self, step: StepInput) -> SolveReport:
@@ -183,6 +176,7 @@ class NewtonSolver:
         self.conditions: list[Conditions] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
+        self.linear.begin()
         self._solve_started = 0.0
         try:
             with self.timers.book("newton"):
@@ -191,6 +185,9 @@ class NewtonSolver:
             reason = f"linear solver failed (PETSc error {error.ierr})"
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
         code = self._snes.getConvergedReason()
+        if code > 0:
+            with self.timers.book("newton"):
+                self.linear.finish(self.system.x)
         if code == DIVERGED_NAN and not self._reason:
             self._reason = TURNED_OVER
         reason = self._reason or f"PETSc SNES reason {code}"
@@ -211,11 +208,9 @@ class NewtonSolver:
         if not first:  # between the factorisation and here SNES did one solve and one update
             self.timers.add("solve", time.perf_counter() - self._solve_started)
         self._evaluations += 1
-        system = self.system
         with self.timers.book("residual"):
-            system.spread(x)
-            self._jumps = jumps = self._first_jumps if first else [None] * len(system.bodies)
-            self._parts = system.residual(out, jumps)
+            self._jumps = self._first_jumps if first else [None] * len(self.system.bodies)
+            self.linear.residual(x, out, self._jumps)
         with self.timers.book("contact.conditions"):
             positions = self.positions()
             starts = self._step.starts if first else (None,) * len(positions)
@@ -259,7 +254,7 @@ class NewtonSolver:
 
     def reactions(self) -> list[float]:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
-        return self.system.reactions(self._parts)
+        return self.linear.reactions()
 
     def positions(self) -> list[Floats]:
         """Current positions of the nodes of every interface [m]; collective."""
@@ -287,6 +282,9 @@ class NewtonSolver:
         stands = bool(stands and (not self._kept or idle))
         self._seen[status] = self._seen.get(status, 0) + 1
         self._statuses.append(status)
+        if self.linear.failure:
+            self._reason = self.linear.failure
+            return DIVERGED_LINEAR
         if not np.isfinite(norm):
             self._reason = TURNED_OVER
             return DIVERGED_NAN
@@ -309,22 +307,15 @@ class NewtonSolver:
     def _forces(self) -> float:
         """Size of the forces that the residual is compared with [N/m]."""
         contact = [np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions]
-        support = [np.linalg.norm(r) for r in self.system.reactions(self._parts)]
+        support = [np.linalg.norm(r) for r in self.linear.reactions()]
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
-        """Tangent with contact, factorised here so that its time is booked."""
-        with self.timers.book("contact.pattern"):
-            self.equations.prepare(self.conditions)
-        self.equations.fill(self.conditions, self._jumps)
-        A = self.equations.tangent()
-        damping = self._damping()
-        if damping < 1.0:
-            A.scale(1.0 / damping)
+        """Tangent with contact."""
+        residuals = tuple(self._residuals)
+        at = Iterate(self.conditions, self._jumps, self._damping(), residuals, self.tolerance)
+        A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
-        snes.ksp.setOperators(A, A)
-        with self.timers.book("factorisation"):
-            snes.ksp.setUp()
         self._solve_started = time.perf_counter()
 
     def _damping(self) -> float:

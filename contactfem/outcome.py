@@ -43,6 +43,7 @@ def outcome(
         "unknowns": system.numbering.n_global,
         "ranks": system.comm.size,
         "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
+        "factorisations": timers.counts.get("factorisation", 0),
     }
     if discretisation.heat is not None:
         sizes["temperatures"] = discretisation.heat.system.numbering.n_global

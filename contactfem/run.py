@@ -115,6 +115,7 @@ def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> Newto
         case.solver.max_iterations,
         case.solver.petsc,
         timers,
+        case.solver.reuse,
     )
 
 

@@ -81,41 +81,59 @@ def cut(
     Returns:
         The segments that are not empty.
     """
+    span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
+    keep = span[:, 1] > span[:, 0]
+    keep[hidden(pairs[:, 0], span, distance, keep)] = False
+    pairs = pairs[keep]
+    derivatives = None
+    if differentiate:  # only of what is there: most candidates cover nothing
+        derivatives = np.empty((len(pairs), 7, 12))
+        _integrals(mesh, x, normals, pairs, derivatives)
+    return Segments(pairs, span[keep], integrals[keep], derivatives)
+
+
+def _integrals(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, pairs: Ints, derivatives: Floats | None
+) -> tuple[Floats, Floats, Floats]:
+    """Interval, integrals and mean distance of every pair; fills derivatives where given."""
     p = len(pairs)
     span, integrals, distance = np.empty((p, 2)), np.empty((p, 7)), np.empty(p)
-    derivatives = np.empty((p, 7, 12)) if differentiate else None
     lib.cf_segments(
         _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar),
         mesh.axisymmetric, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
         ffi.NULL if derivatives is None else _write(derivatives),
     )  # fmt: skip
-    keep = span[:, 1] > span[:, 0]
-    keep[_hidden(pairs[:, 0], span, distance, keep)] = False
-    return Segments(
-        pairs[keep],
-        span[keep],
-        integrals[keep],
-        None if derivatives is None else derivatives[keep],
-    )
+    return span, integrals, distance
 
 
-def _hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> list[int]:
-    """Segments whose middle is behind a nearer one of the same nonmortar facet."""
-    order = np.lexsort((span[:, 0], facet))
-    order = order[keep[order]]
+def hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> Ints:
+    """Segments whose middle is behind a nearer one of the same nonmortar facet that stands.
+
+    Args:
+        facet: Nonmortar facet of each segment, ascending, shape (s,).
+        span: Interval of its coordinate, shape (s, 2).
+        distance: Mean distance [m], shape (s,).
+        keep: Segments to look at, shape (s,).
+
+    Returns:
+        Numbers of those that are hidden.
+    """
+    order = np.flatnonzero(keep)
+    order = order[np.lexsort((span[order, 0], facet[order]))]
     first, second = order[:-1], order[1:]
     meet = (facet[first] == facet[second]) & (span[second, 0] < span[first, 1] - OVERLAP)
-    hidden = []
-    for f in np.unique(facet[first[meet]]):
-        mine = np.flatnonzero(keep & (facet == f))
-        taken: list[int] = []
-        for s in mine[np.argsort(distance[mine], kind="stable")]:
-            middle = span[s].mean()
-            if any(span[q, 0] < middle < span[q, 1] for q in taken):
-                hidden.append(int(s))
-            else:
-                taken.append(int(s))
-    return hidden
+    order = order[np.isin(facet[order], facet[first[meet]])]
+    order = order[np.lexsort((order, distance[order], facet[order]))]  # from near to far
+    starts = np.flatnonzero(np.diff(facet[order], prepend=-1))
+    rank = np.arange(len(order)) - np.repeat(starts, np.diff(starts, append=len(order)))
+    middle, stands = span[order].mean(axis=1), np.ones(len(order), bool)
+    for r in range(1, int(rank.max(initial=0)) + 1):
+        at = np.flatnonzero(rank == r)
+        for nearer in range(1, r + 1):
+            before = at - nearer
+            inside = (span[order[before], 0] < middle[at]) & (middle[at] < span[order[before], 1])
+            stands[at[stands[before] & inside]] = False
+    return np.asarray(order[~stands])
 
 
 def _read(array: Floats) -> object:

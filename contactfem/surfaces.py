@@ -171,6 +171,29 @@ def half_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
     return np.bincount(mesh.nonmortar.ravel(), half, mesh.n_nonmortar).astype(np.float64)
 
 
+def full_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
+    """The lengths of `facet_lengths` alone.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,).
+    """
+    _, size, share = _shares(mesh, x)
+    half = (size[:, None] * share).ravel()
+    return np.bincount(mesh.nonmortar.ravel(), half, mesh.n_nonmortar).astype(np.float64)
+
+
+def _shares(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats, Floats]:
+    """Edge and length of each facet, and the share of it that each end gets."""
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    weight = 2.0 * np.pi * x[ends, 0] if mesh.axisymmetric else np.ones(ends.shape)
+    return edge, np.hypot(edge[:, 0], edge[:, 1]), (2.0 * weight + weight[:, ::-1]) / 6.0
+
+
 def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:
     """∫ N_j over the facets at each nonmortar node, half their length, with derivative.
 
@@ -184,12 +207,9 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
         Lengths [m], shape (n_nonmortar,), and their derivative [-], (n_nonmortar, 2 n_nodes).
     """
     ends = mesh.nonmortar
-    edge = x[ends[:, 1]] - x[ends[:, 0]]
-    size = np.hypot(edge[:, 0], edge[:, 1])
+    edge, size, share = _shares(mesh, x)
     t = edge / size[:, None]
     slope = 2.0 * np.pi if mesh.axisymmetric else 0.0
-    weight = slope * x[ends, 0] if mesh.axisymmetric else np.ones(ends.shape)
-    share = (2.0 * weight + weight[:, ::-1]) / 6.0
     rows, cols, values = [], [], []
     for j in (0, 1):
         for k, sign in ((0, -1.0), (1, 1.0)):
@@ -198,8 +218,7 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
             value = sign * share[:, j, None] * t
             value[:, 0] += size * slope * (2.0 if k == j else 1.0) / 6.0
             values.append(value)
-    half = np.bincount(ends.ravel(), (size[:, None] * share).ravel(), mesh.n_nonmortar)
-    return half.astype(np.float64), _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
+    return full_lengths(mesh, x), _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
 
 
 def averaged_normals(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:

@@ -50,6 +50,11 @@ class System(Unknowns):
         """Whether no body's tangent depends on the state."""
         return all(body.is_linear for body in self.bodies)
 
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether every body's tangent is symmetric."""
+        return all(body.is_symmetric for body in self.bodies)
+
     def advance(self, t: float, ramp_end: float) -> list[Floats | None]:
         """Set loads and temperatures to those of a time; prescribed motions follow.
 

@@ -11,6 +11,9 @@ from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.segments import cut
 from contactfem.surfaces import Bools, Floats, Ints
 
+Triplets = tuple[Ints, Ints, Floats]
+Part = tuple[list[Triplets], sp.csr_matrix]  # weights of some quantities, and their derivative
+
 
 @dataclass(frozen=True)
 class Tangent:
@@ -43,14 +46,19 @@ def linearise(contact: Contact, conditions: Conditions) -> Tangent:
         This rank's part of the tangent.
     """
     mesh = contact.mesh
+    n, n_nodes = mesh.n_nonmortar, mesh.n_nodes
     entries = _entries(contact, conditions)
-    weights = _entry_weights(contact, conditions, entries)
     assert entries.derivative is not None
-    by_position = weights @ entries.derivative
-    mine = np.arange(mesh.n_nonmortar) % contact.comm.size == contact.comm.rank
-    by_position += _nodal_part(contact, conditions, mine & conditions.active)
-    D_rows = _select(entries, D_ENTRY, mesh.n_nonmortar) @ entries.derivative
-    return Tangent(_by_multiplier(contact, conditions), by_position.tocsr(), D_rows.tocsr())
+    mine = np.arange(n) % contact.comm.size == contact.comm.rank
+    parts = [
+        _by_entries(contact, conditions, entries),
+        *_nodal_parts(contact, conditions, mine & conditions.active),
+    ]
+    first, size = 2 * (n_nodes + n), 3 * n + 2 * n_nodes
+    is_D = np.flatnonzero(entries.col == D_ENTRY)
+    parts[0][0].append((first + entries.row[is_D], is_D, np.ones(len(is_D))))
+    rows = _product([part for part in parts if part[0]], (size, 2 * n_nodes))
+    return Tangent(_by_multiplier(contact, conditions), rows[:first], rows[first:])
 
 
 def _entries(contact: Contact, conditions: Conditions) -> Mortar:
@@ -82,14 +90,14 @@ def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
     at = c.active[M.row]
     for k in (0, 1):
         triplets.append((2 * M.col[at] + k, 2 * M.row[at] + k, -M.data[at]))
-    result = _matrix(triplets, (first + 2 * n, 2 * n))
-    closed = np.repeat(c.active, 2).astype(float)
-    return (result @ sp.diags(closed)).tocsr()
+    rows, cols, values = _joined(triplets)
+    keep = c.active[cols // 2]
+    return sp.coo_matrix((values[keep], (rows[keep], cols[keep])), (first + 2 * n, 2 * n)).tocsr()
 
 
-def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_matrix:
+def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> Part:
     """Derivative of all rows with respect to the entries of D, M and g at fixed λ and positions."""
-    n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
+    n_nodes = contact.mesh.n_nodes
     op, history = c.operators, c.history
     j, e = entries.row, np.arange(len(entries.row))
     first = 2 * n_nodes
@@ -115,13 +123,12 @@ def _entry_weights(contact: Contact, c: Conditions, entries: Mortar) -> sp.csr_m
     at = is_M & active
     for k in (0, 1):
         triplets.append((2 * entries.col[at] + k, e[at], -c.multiplier[j[at], k]))
-    return _matrix(triplets, (first + 2 * n, len(e)))
+    return triplets, entries.derivative
 
 
-def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
+def _nodal_parts(contact: Contact, c: Conditions, mine: Bools) -> list[Part]:
     """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
-    n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
-    op = c.operators
+    n_nodes, op = contact.mesh.n_nodes, c.operators
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first, rim = 2 * n_nodes, c.rim
     j = np.flatnonzero(mine)
@@ -130,9 +137,7 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
     by_slip = _by_slip(c)
     moved = np.flatnonzero(mine & (by_slip != 0.0))
     turned = np.column_stack((-c.multiplier[:, 1], c.multiplier[:, 0]))  # λ·dτ = turned·dn
-    shape = (first + 2 * n, 2 * n)
-    through_normals = _matrix(
-        [
+    through_normals = [
             _row(first + 2 * j, j, (c.kappa + a_n)[j, None] * c.multiplier[j]),
             _row(first + 2 * j, rim[j], -c.kappa[j, None] * c.multiplier[rim[j]]),
             _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
@@ -141,23 +146,20 @@ def _nodal_part(contact: Contact, c: Conditions, mine: Bools) -> sp.csr_matrix:
                  turned[slip]
                  - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
             _row(first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
-        ],
-        shape,
-    )  # fmt: skip
+    ]  # fmt: skip
     p, t = c.pressure - c.pressure[rim], c.rim_traction
     by_full = -c.kappa_slope * op.cover / op.full
-    through_lengths = _matrix(
-        [
+    parts: list[Part] = [
+        (through_normals, op.normals.derivative),
+        (_slip_by_position(contact, c, moved), sp.eye(2 * n_nodes, format="csr")),
+    ]
+    if by_full.any():  # only where the rim rule acts
+        through_lengths = [
             (first + 2 * j, j, (p * by_full)[j]),
             (first + 2 * stick + 1, stick, (-t * by_full)[stick]),
-        ],
-        (first + 2 * n, n),
-    )
-    return (
-        through_normals @ op.normals.derivative
-        + through_lengths @ op.full_derivative
-        + _slip_by_position(contact, c, moved)
-    )
+        ]
+        parts.append((through_lengths, op.full_derivative))
+    return parts
 
 
 def _by_slip(c: Conditions) -> Floats:
@@ -174,7 +176,7 @@ def _slip_by_normal(c: Conditions) -> Floats:
     return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
 
 
-def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> sp.csr_matrix:
+def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> list[Triplets]:
     """Through s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰, of some nodes."""
     n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
     chosen = np.zeros(n, bool)
@@ -185,17 +187,10 @@ def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> sp.csr_ma
     tau = c.operators.normals.tangent[row]
     value = (change.data[at] * _by_slip(c)[row] / c.history.D[row])[:, None] * tau
     rows = 2 * n_nodes + 2 * row + 1
-    return _matrix([_row(rows, col, value), _row(rows, row, -value)],
-                   (2 * (n_nodes + n), 2 * n_nodes))  # fmt: skip
+    return [_row(rows, col, value), _row(rows, row, -value)]
 
 
-def _select(entries: Mortar, kind: int, n: int) -> sp.csr_matrix:
-    """Sum of the entries of one kind at every nonmortar node, as a matrix (n, e)."""
-    at = np.flatnonzero(entries.col == kind)
-    return sp.csr_matrix((np.ones(len(at)), (entries.row[at], at)), (n, len(entries.row)))
-
-
-def _row(rows: Ints, nodes: Ints, values: Floats) -> tuple[Ints, Ints, Floats]:
+def _row(rows: Ints, nodes: Ints, values: Floats) -> Triplets:
     """Triplets of rows that act on the two components of nodes."""
     return (
         np.repeat(rows, 2),
@@ -204,6 +199,30 @@ def _row(rows: Ints, nodes: Ints, values: Floats) -> tuple[Ints, Ints, Floats]:
     )
 
 
-def _matrix(triplets: list[tuple[Ints, Ints, Floats]], shape: tuple[int, int]) -> sp.csr_matrix:
+def _joined(triplets: list[Triplets]) -> Triplets:
     rows, cols, values = (np.concatenate(parts) for parts in zip(*triplets, strict=True))
-    return sp.coo_matrix((values, (rows, cols)), shape=shape).tocsr()
+    return rows, cols, values
+
+
+def _product(parts: list[Part], shape: tuple[int, int]) -> sp.csr_matrix:
+    """Σ W_k D_k over parts, as the one product (W_1, W_2, ...) (D_1; D_2; ...)."""
+    heights = [derivative.shape[0] for _, derivative in parts]
+    starts = np.cumsum([0, *heights])
+    shifted = []
+    for (triplets, _), start in zip(parts, starts, strict=False):
+        rows, cols, values = _joined(triplets)
+        shifted.append((rows, cols + start, values))
+    rows, cols, values = _joined(shifted)
+    weights = sp.coo_matrix((values, (rows, cols)), (shape[0], starts[-1])).tocsr()
+    return weights @ _stacked([derivative for _, derivative in parts])
+
+
+def _stacked(matrices: list[sp.csr_matrix]) -> sp.csr_matrix:
+    """Matrices below each other."""
+    ends = np.cumsum([0, *(m.nnz for m in matrices)])
+    indptr = [m.indptr[1:] + end for m, end in zip(matrices, ends, strict=False)]
+    data, indices = (
+        np.concatenate([getattr(m, name) for m in matrices]) for name in ("data", "indices")
+    )
+    shape = (sum(m.shape[0] for m in matrices), matrices[0].shape[1])
+    return sp.csr_matrix((data, indices, np.concatenate(([0], *indptr))), shape)

@@ -8,10 +8,16 @@ from pathlib import Path
 
 
 class Timers:
-    """Adds up seconds by name; a dot in a name makes a part of a phase ("contact.search")."""
+    """Adds up seconds by name; a dot in a name makes a part of a phase ("contact.search").
+
+    Attributes:
+        seconds: By name.
+        counts: How often each was booked.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
+        self.counts: dict[str, int] = {}
 
     @contextmanager
     def book(self, name: str) -> Iterator[None]:
@@ -25,6 +31,7 @@ class Timers:
     def add(self, name: str, seconds: float) -> None:
         """Book some seconds under a name."""
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+        self.counts[name] = self.counts.get(name, 0) + 1
 
 
 def seconds_since_start() -> float:

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # A module imports only modules that stand before it; forms, meshes and kernels stand for their own.
 PLAIN = """
     errors dimensions tables functions units timers laws results verdicts magnification references
-    control forms kernels _kernels homogeneous engineering overrides profiles
+    control renewal forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
@@ -33,7 +33,7 @@ PARALLEL = """
     surfaces directions crosspoints segments mortar
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
-    newton
+    direct schur held dense interface_matrix on_interfaces constant reused linear_solver newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields discretise diagnosis state staggered heat_record
     estimate remesh adapt gathering recorder

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactfem.segments import cut, find_pairs
+from contactfem.segments import cut, find_pairs, hidden
 from contactfem.surfaces import InterfaceMesh, nodal_normals
 
 ALL = slice(None)
@@ -149,3 +149,31 @@ def test_sides_that_look_away_are_not_paired():
     """A mortar facet walked the other way has its body on this side."""
     mesh = over_unit_facet((1.0, 0.0, 0.1))
     assert len(segments(mesh, mesh.X).facets) == 0
+
+
+def hidden_one_by_one(facet, span, distance, keep):
+    """The definition of `hidden`, segment by segment from near to far."""
+    found = []
+    for f in np.unique(facet):
+        stands = []
+        mine = np.flatnonzero(keep & (facet == f))
+        for s in mine[np.argsort(distance[mine], kind="stable")]:
+            if any(span[q, 0] < span[s].mean() < span[q, 1] for q in stands):
+                found.append(s)
+            else:
+                stands.append(s)
+    return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_hidden_segments_of_many_facets(seed):
+    rng = np.random.default_rng(seed)
+    n = rng.integers(40, 80)
+    facet = np.sort(rng.integers(0, 12, n))
+    start = rng.uniform(-1, 1, n)
+    span = np.column_stack((start, start + rng.uniform(0.01, 0.8, n)))
+    distance = rng.integers(0, 5, n).astype(float)  # some are equal
+    keep = rng.random(n) < 0.8
+    found = hidden(facet, span, distance, keep)
+    assert sorted(found.tolist()) == hidden_one_by_one(facet, span, distance, keep)
+    assert len(found) > 0

@@ -1,0 +1,58 @@
+"""Newton's linear systems with an older factor of the bulk, on one rank: contact is always new.
+
+The bulk tangent changes little between iterations, contact all at once. So a factor of an earlier
+bulk tangent serves on through its Schur complement on the unknowns of the interfaces, where the
+rows of contact are those of the present state. Residuals are exact, so is what they lead to.
+"""
+
+from petsc4py import PETSc
+
+from contactfem.condensed import Condensed
+from contactfem.direct import Iterate
+from contactfem.on_interfaces import OnInterfaces
+from contactfem.renewal import worth_renewing
+from contactfem.schur import SchurFactor
+from contactfem.surfaces import Floats
+from contactfem.timers import Timers
+
+
+class Reused(OnInterfaces):
+    """Linear systems with the bulk of an earlier iteration.
+
+    Args:
+        equations: The system, condensed, with interfaces.
+        timers: Where time is booked.
+    """
+
+    def __init__(self, equations: Condensed, timers: Timers) -> None:
+        super().__init__(equations, timers)
+        self._K = self.system.create_matrix(self.system.pattern)
+        self._factor = SchurFactor(self._K, self.unknowns, self.system.is_symmetric)
+        self._new = True
+
+    def linearise(self, at: Iterate) -> PETSc.Mat:
+        """As that of `Direct`, with a bulk that is only renewed where it is worth it."""
+        if self._new or worth_renewing(at.residuals, at.tolerance):
+            with self.timers.book("assembly"):
+                self.system.assemble(self._K, at.jumps)
+            with self.timers.book("factorisation"):
+                self._renew()
+        self.matrix.fill(self._factor.S, at.conditions)
+        self.damping = at.damping
+        return self.operator
+
+    def _renew(self) -> None:
+        """Factorise the bulk tangent; the next linear system asks again if that fails."""
+        try:
+            self._factor.factorise()
+            self._new = False
+        except PETSc.Error as error:
+            self._new, self.failure = True, f"no factor of the bulk (PETSc error {error.ierr})"
+
+    def step(self, residual: Floats) -> Floats:
+        """Newton's step with the bulk as it was."""
+        right = residual.copy()
+        right[self.unknowns] = 0.0
+        inner = self._factor.condense(right)
+        moved = self.matrix.solve(inner, residual[self.unknowns])
+        return self._factor.expand(right, inner, moved)
