@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, report, schema."""
+"""The command line: check, mesh, run, study, report, schema."""
 
 import argparse
 import glob
@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from contactfem import __version__
+from contactfem.cli_study import add_study_options, study_command
 from contactfem.errors import CaseError, ContactfemError, ExitCode
 
 INTERRUPTED = 130  # as shells have it
@@ -50,9 +51,10 @@ def parser() -> argparse.ArgumentParser:
     check = _verb(verbs, "check", _check, "read a case file, say what it models; runs nothing")
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
+    study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
     _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
-    for verb in (check, mesh, run):
+    for verb in (check, mesh, run, study):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
         verb.add_argument(
@@ -71,6 +73,7 @@ def parser() -> argparse.ArgumentParser:
         help="folder to write to; runs/CASE[-VARIANT] if not given. "
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
+    add_study_options(study)
     report.add_argument(
         "paths",
         type=Path,

@@ -21,6 +21,7 @@ PLAIN = """
     gaps rigid boxes nearest shapes location constants facets
     expect facts heat_words check mesh_files
     charts interface_figure pictures heat_figure figures output report terminal
+    refinement families trial orders study_table study_figure study
     recovery constrained_recovery interface_recovery relative_error space_error time_error
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
@@ -33,7 +34,7 @@ PARALLEL = """
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields discretise diagnosis state staggered heat_record
     estimate remesh adapt gathering recorder run
-    suite cli_run cli
+    suite cli_run cli_study cli
 """
 ORDER = (PLAIN + PARALLEL).split()
 COMMAND_LINE = {"cli", "cli_run"}

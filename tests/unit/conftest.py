@@ -44,6 +44,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         },
         "obstacles": {},
         "heat": None,
+        "study": None,
         "conditions": (),
         "solver": SimpleNamespace(tolerance=1e-10),
         "output": SimpleNamespace(fields=True, figures=True, times=()),
