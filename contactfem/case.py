@@ -76,6 +76,15 @@ class Heat(Model):
     thermoelastic: Flag = False
     petsc: dict[str, str] = {}
 
+    @field_validator("relaxation", mode="before")
+    @classmethod
+    def _factor(cls, value: object) -> object:
+        if value == "aitken":
+            return value
+        if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value <= 1:
+            return float(value)
+        raise ValueError("must be 'aitken' or a factor above 0 and at most 1")
+
 
 class Adaptivity(Model):
     """Meshes and steps that follow from the error asked for, as ratios of norms such as "5 %".

@@ -43,9 +43,15 @@ def after_failure(dt: float, cutbacks: int, limits: StepLimits) -> Retry | GiveU
         The decision.
     """
     if cutbacks >= limits.max_cutbacks:
-        return GiveUp(f"the step was cut {cutbacks} times (solver.max_cutbacks)")
+        return GiveUp(
+            f"the smallest step tried is {dt:g} s, cut {cutbacks} times; "
+            "a larger solver.max_cutbacks allows more"
+        )
     if 0.5 * dt < limits.smallest * (1.0 - 1e-12):
-        return GiveUp(f"a step of {dt:g} s failed and time.step_min is {limits.smallest:g} s")
+        return GiveUp(
+            f"the smallest step tried is {dt:g} s; "
+            f"a smaller time.step_min than {limits.smallest:g} s allows more"
+        )
     return Retry(0.5 * dt)
 
 

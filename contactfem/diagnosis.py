@@ -35,12 +35,13 @@ def explain(
             return (
                 f"all nodes in contact at '{interface.name}' slip, and nothing but friction holds "
                 "the body there: the load may exceed what friction can carry "
-                f"({law.friction}), and then there is no equilibrium"
+                f"({law.friction}), and then there is no equilibrium; lower the load, or prescribe "
+                "a motion instead of it"
             )
         if course and not (course[-1].pressure[course[-1].active] > 0.0).any():
             return (
                 f"contact at '{interface.name}' is lost, and nothing else holds the body there: "
-                "the load may pull it off"
+                "the load may pull it off; hold the body by a condition, or change the load"
             )
     if len(iterations) < 2:
         return ""
@@ -49,7 +50,9 @@ def explain(
         for interface, old, new in zip(interfaces, iterations[-2], iterations[-1], strict=True)
     ]
     found = [text for text in flips if text]
-    return f"the contact status did not settle: {'; '.join(found)}" if found else ""
+    return (
+        f"in the last iteration the contact status changed at {'; '.join(found)}" if found else ""
+    )
 
 
 def _only_slips(c: Conditions) -> bool:

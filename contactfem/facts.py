@@ -8,6 +8,7 @@ import numpy.typing as npt
 from contactfem.case import Case
 from contactfem.constants import constants, facet_lengths
 from contactfem.engineering import scale_for
+from contactfem.errors import CaseError, MeshError
 from contactfem.facets import match
 from contactfem.meshes.data import Surface
 from contactfem.scene import Interface
@@ -45,10 +46,17 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
 
 
 def _side(case: Case, on: str) -> tuple[Surface, float]:
-    """Surface "body.surface" and the Young's modulus behind it [Pa]."""
+    """Surface "body.surface" and the Young's modulus behind it [Pa].
+
+    Raises:
+        CaseError: The body cannot be meshed.
+    """
     body, _, surface = on.partition(".")
     material = case.materials[case.bodies[body].material]
-    return case.bodies[body].mesh.build().surface(surface), material.E
+    try:
+        return case.bodies[body].mesh.build().surface(surface), material.E
+    except MeshError as error:
+        raise CaseError(f"{case.path}: bodies.{body}.mesh: {error}") from None
 
 
 def _hints(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterator[str]:

@@ -267,7 +267,8 @@ class _Cooling:
             fem.Constant(domain, value) for value in (law.cooling or 0.0, law.reference)
         )
         F, F_old = deformation(body.u), deformation(self._u_old)
-        power = elastic_cooling(self._theta, modulus, reference, F, F_old, self._dt)
+        growth = ufl.ln(ufl.det(F) / ufl.det(F_old)) if body.deforms else ufl.tr(F - F_old)
+        power = elastic_cooling(self._theta, modulus, reference, growth, self._dt)
         self._form = fem.form(power * ufl.TestFunction(body.V) * depth * dx)
 
     def assemble(self, theta: Floats, u_old: Floats, dt: float) -> Floats:

@@ -232,10 +232,8 @@ class HeatInterface:
             h = self.law.conductance(points.values(pressure), points.gap).h
         d = points.values(dissipation)
         raw = float(self._sum(np.array([np.sum(points.weight * d)]))[0])
-        if power is not None and power > 0.0 and raw <= 0.0:  # it fell between the thermal nodes
-            d = np.where(points.values(pressure) > 0.0, 1.0, 0.0)
-            d = d if self._sum(np.array([d.sum()]))[0] > 0.0 else np.ones_like(d)
-            raw = 0.0
+        if power is not None and power > 0.0 and raw <= 0.0:  # where nothing is opposite
+            d, raw = np.ones_like(d), 0.0
         scale, defect = self._scale(points.weight * d, raw, power)
         nodes, jump = points.jump()
         share = np.array((self.law.partition,) * 2 + (self.law.partition - 1.0,) * 2)

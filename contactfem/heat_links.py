@@ -34,6 +34,8 @@ def broken_heat(case: Case) -> Iterator[str]:
         yield from _thermal_mesh(case, name)
     yield from _materials(case)
     yield from _interfaces(case)
+    if case.heat.scheme == "steady":
+        yield from _loose(case)
     yield from _functions(case)
 
 
@@ -63,6 +65,26 @@ def _interfaces(case: Case) -> Iterator[str]:
         key = f"interfaces.{name}.heat"
         if not case.mechanics and sides.heat.law == "pressure" and sides.heat.pressure is None:
             yield f"{key}: without mechanics law = 'pressure' needs a pressure"
+
+
+def _loose(case: Case) -> Iterator[str]:
+    """Bodies whose temperature nothing can hold, themselves or through a contact that conducts."""
+    held = {c.body for c in case.conditions if c.kind in ("temperature", "convection")}
+    pairs = []
+    for sides in case.interfaces.values():
+        ends = [side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)]
+        if sides.heat.conducts:
+            if sides.mortar not in case.obstacles:
+                pairs.append(ends)
+            elif case.obstacles[sides.mortar].temperature is not None:
+                held.add(ends[0])
+    for _ in case.bodies:  # as long as a chain of bodies can be
+        held |= {end for ends in pairs if not held.isdisjoint(ends) for end in ends}
+    for name in sorted(case.bodies.keys() - held):
+        yield (
+            f"bodies.{name}: nothing holds its temperature, as scheme = 'steady' needs; give a "
+            "temperature or convection, or a contact that conducts"
+        )
 
 
 def _thermal_mesh(case: Case, name: str) -> Iterator[str]:

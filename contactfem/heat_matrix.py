@@ -82,6 +82,10 @@ class StageMatrix:
         diagonal = self._A.getDiagonal()
         self.size = float(diagonal.norm(PETSc.NormType.NORM_2))
 
+    def forget(self) -> None:
+        """Make it again the next time, whatever stands: its factorisation failed."""
+        self._seen = None
+
     def vector(self, residuals: Sequence[Floats]) -> tuple[Floats, float]:
         """Residuals of all stages as one vector of this rank, and its norm; collective.
 

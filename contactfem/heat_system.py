@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 from contactfem.heat import HeatBody, PlaceTime
 from contactfem.heat_interface import HeatExchange, HeatInterface
@@ -120,6 +121,12 @@ class HeatSystem(Unknowns):
         self._held = [
             (h.body, bodies[h.body].dofs(h.vertices), _values(bodies[h.body], h)) for h in held
         ]
+        self._counted = [
+            np.setdiff1d(
+                dofs, [d for b, later, _ in self._held[k + 1 :] if b == body for d in later]
+            )
+            for k, (body, dofs, _) in enumerate(self._held)
+        ]  # where conditions meet the last one holds the temperature, so heat comes in through it
         self._matrix = StageMatrix(self, bodies, scheme, options)
 
     def couple(self, interfaces: Sequence[HeatInterface]) -> None:
@@ -150,28 +157,50 @@ class HeatSystem(Unknowns):
             self.set_held(step.t + alpha * step.dt, stage)
         with self.timers.book("heat.assembly"):
             given = self._given(step)
+        try:
+            residual, reason = self._iterate(step, stages, given)
+        except PETSc.Error as error:
+            self._matrix.forget()
+            residual = self._residual(step, stages, given)[-1]
+            reason = f"heat: linear solver failed (PETSc error {error.ierr})"
+        end = [
+            np.sum([w * stage[b] for w, stage in zip(self.scheme.end, stages, strict=True)], axis=0)
+            for b in range(len(self.bodies))
+        ]
+        return HeatSolution(end, stages, self._balance(step, stages, given, residual, end), reason)
+
+    def _iterate(
+        self,
+        step: HeatStepInput,
+        stages: Sequence[Sequence[Floats]],
+        given: Sequence[Sequence[Floats]],
+    ) -> tuple[Sequence[Floats], str]:
+        """Solve for the stages, in place; the residual of the last equation, and why it failed.
+
+        Raises:
+            PETSc.Error: The linear solver failed.
+        """
+        with self.timers.book("heat.assembly"):
             self._matrix.update(step.dt, self.interfaces, step.exchanges)
         largest = self._largest(step.theta, stages)
-        first, done = 0.0, False
-        for k in range(SOLVES + 1):
+        first, k = 0.0, 0
+        while True:
             with self.timers.book("heat.residual"):
                 parts = self._residual(step, stages, given)
                 residual, norm = self._matrix.vector([self._gathered(p) for p in parts])
             first = first or norm
-            done = norm <= max(TOLERANCE * first, ROUND_OFF * largest * self._matrix.size)
-            if done or k == SOLVES or not np.isfinite(norm):
+            if norm <= max(TOLERANCE * first, ROUND_OFF * largest * self._matrix.size):
+                return parts[-1], ""
+            if k == SOLVES or not np.isfinite(norm):
                 break
             with self.timers.book("heat.solve"):
                 corrections = self._matrix.solve(residual)
             for stage, correction in zip(stages, corrections, strict=True):
                 self._correct(stage, correction)
-        end = [
-            np.sum([w * stage[b] for w, stage in zip(self.scheme.end, stages, strict=True)], axis=0)
-            for b in range(len(self.bodies))
-        ]
-        reason = "" if done else f"heat: no solution, residual {norm:.1e} after {SOLVES} solves"
-        balance = self._balance(step, stages, given, parts[-1], end)
-        return HeatSolution(end, stages, balance, reason)
+            k += 1
+        hint = "; without storage something must hold the temperature of every body"
+        reason = f"heat: no solution, residual {norm:.1e} after {k} solves"
+        return parts[-1], reason + (hint if self.scheme.steady else "")
 
     def _largest(self, theta: Sequence[Floats], stages: Sequence[Sequence[Floats]]) -> float:
         """Largest temperature of the start and the prescribed ones, in size [K]; collective."""
@@ -272,7 +301,10 @@ class HeatSystem(Unknowns):
             if interface.conducts and interface.nodes.is_rigid:
                 theta = interface.nodes.gather(mean, interface.obstacle_mean(times, weights))
                 obstacles -= step.dt * float((exchange.conduction @ theta)[own].sum())
-        held = [float(residual[body][dofs].sum()) for body, dofs, _ in self._held]
+        held = [
+            float(residual[body][dofs].sum())
+            for (body, _, _), dofs in zip(self._held, self._counted, strict=True)
+        ]
         sums = self.comm.allreduce(np.array((stored, strained, loads, *held)))
         return HeatBalance(
             stored=float(sums[0]),

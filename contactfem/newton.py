@@ -21,7 +21,15 @@ from contactfem.timers import Timers
 CONVERGED, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
 ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
-TURNED_OVER = "the residual is not a number: a cell was turned inside out"
+TURNED_OVER = (
+    "the residual is not a number: a cell was turned inside out (shorter steps or other facets "
+    "where it happens may help)"
+)
+UNSETTLED = (
+    ", as the contact status does not settle (shorter steps may help, or a c_factor of the "
+    "interface and its friction nearer to 1)"
+)
+LOST = 4  # iterations without the contact that alone holds a body after which it has flown away
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
 DIRECT_SOLVER = {
@@ -183,8 +191,17 @@ class NewtonSolver:
         code = self._snes.getConvergedReason()
         if code == DIVERGED_NAN and not self._reason:
             self._reason = TURNED_OVER
-        reason = "" if code > 0 else self._reason or f"PETSc SNES reason {code}"
+        reason = self._reason or f"PETSc SNES reason {code}"
+        reason = "" if code > 0 else f"{reason}; {self._reached()}"
         return SolveReport(code > 0, reason, len(self._residuals) - 1, tuple(self._residuals))
+
+    def _reached(self) -> str:
+        """How far the residual got."""
+        found = [residual for residual in self._residuals if np.isfinite(residual)]
+        if not found:
+            return "no residual before that"
+        last = f"the last residual is {found[-1]:.1e}, the smallest {min(found):.1e}"
+        return f"{last}, and {self.tolerance:.0e} is asked for"
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
         """Residual with contact."""
@@ -261,8 +278,14 @@ class NewtonSolver:
         stalled = len(self._residuals) > 1 and self._residuals[-1] > 0.5 * self._residuals[-2]
         if norm <= STALLED * self._stiffness and stands and stalled:
             return CONVERGED
+        recent = self.history[-LOST:]
+        if len(recent) == LOST and any(
+            not any(c[k].active.any() for c in recent) for k in self._step.alone
+        ):
+            self._reason = f"contact that alone holds a body is lost for {LOST} iterations"
+            return DIVERGED_ITERATIONS
         if its >= self.max_iterations:
-            self._reason = f"no convergence in {its} iterations, residual {self._residuals[-1]:.1e}"
+            self._reason = f"no convergence in {its} iterations{'' if stands else UNSETTLED}"
             return DIVERGED_ITERATIONS
         return None
 

@@ -127,8 +127,9 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
             for move, (a, b), values in zip(moves, links, state.theta, strict=True)
         ]
         new.heat.system.set_held(state.t, theta)
-        for link in new.heat.links:
+        for link, values in zip(new.heat.links, theta, strict=True):
             link.deform()
+            link.warm(values)
         result.accept_heat(theta, (), new)
         result.rate = [
             _interpolated(comm, move, a, b, values)

@@ -34,6 +34,7 @@ class State:
         repeatable: Whether the state before it is still there to go back to.
         rate: Mean rates of temperature in the last step, likewise [K/s]; empty before the first.
         guess: Contact status to start from where there are no conditions, per interface.
+        warmth: Temperatures that mechanics last had its equilibrium at, likewise [K].
         exchanges: Heat through the interfaces in the last step; empty before the first.
     """
 
@@ -49,6 +50,7 @@ class State:
     repeatable: bool = False
     rate: list[Floats] = field(default_factory=list)
     guess: tuple[Trial | None, ...] = ()
+    warmth: list[Floats] = field(default_factory=list)
     exchanges: tuple[HeatExchange, ...] = ()
 
     def starts(self) -> tuple[Trial | None, ...]:
@@ -68,6 +70,8 @@ class State:
             heat = zip(discretisation.heat.bodies, self.thermal_u, self.theta, strict=True)
             for warm, moved, theta in heat:
                 warm.u.x.array[:], warm.theta.x.array[:] = moved, theta
+            for link, warmth in zip(discretisation.heat.links, self.warmth, strict=True):
+                link.warmth[:] = warmth
 
     def accept(
         self, t: float, discretisation: Discretisation, conditions: list[Conditions]
@@ -104,6 +108,7 @@ class State:
         assert discretisation.heat is not None
         self.theta, self.exchanges = theta, tuple(exchanges)
         self.thermal_u = discretisation.heat.displacements()
+        self.warmth = [link.warmth.copy() for link in discretisation.heat.links]
         for body, values in zip(discretisation.heat.bodies, theta, strict=True):
             body.theta.x.array[:] = values
 

@@ -66,6 +66,12 @@ class BodyLink:
             values = self._theta_source.replicate(theta)
             self._theta_target.insert(self._to_mechanics(values), array)
 
+    @property
+    def warmth(self) -> Floats:
+        """Temperatures that mechanics has, flat local; to be written to [K]."""
+        array: Floats = self._temperature.x.array
+        return array
+
 
 @dataclass(frozen=True)
 class InterfaceLink:
@@ -108,7 +114,10 @@ class InterfaceLink:
             density = np.full(n, 0.5 * (self.dissipation(t) + self.dissipation(t + dt)))
             power = None
         x = self.heat.nodes.positions(t + dt, ramp_end)
-        return self.heat.exchange(x, self.to_heat(pressure), self.to_heat(density), power)
+        heat = self.to_heat(density)
+        if power is not None and not heat.any():  # it fell between the thermal nodes
+            heat = self.to_heat.spread(density)
+        return self.heat.exchange(x, self.to_heat(pressure), heat, power)
 
 
 def contact_pressure(c: Conditions) -> Floats:

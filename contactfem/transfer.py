@@ -203,11 +203,22 @@ class SurfaceTransfer:
         values = self(density)
         if total == 0.0 or values.any():
             return conserving(values, weights, total)
+        return conserving(self.spread(density) / weights, weights, total)[0], -1.0
+
+    def spread(self, density: Floats) -> Floats:
+        """Load the target's nodes with what lies on their facets, the transpose of interpolation.
+
+        Args:
+            density: at the source's nodes, (n_source,).
+
+        Returns:
+            Sum of the densities at a target node, each by its share of the facet (n_target,).
+        """
         facets = simplices(self._target.facets)
         nearest, shares, _ = NearestFacets(self._target.X, facets).closest(self._source.X)
         loads = shares * density[:, None]
-        spread = np.bincount(facets[nearest].ravel(), loads.ravel(), len(weights))
-        return conserving(spread / weights, weights, total)[0], -1.0
+        found = np.bincount(facets[nearest].ravel(), loads.ravel(), len(self._target.X))
+        return found.astype(np.float64)
 
 
 def conserving(values: Floats, weights: Floats, total: float) -> tuple[Floats, float]:

@@ -12,9 +12,11 @@ from contactfem.run import run_case
 
 CASES = Path(__file__).parents[2] / "cases"
 SLOW = {  # variants that take long, None for the case itself; all where none is named
+    "barber": (),
     "block": ("ten_steps",),
     "hertz": ("large",),
     "ironing": (),
+    "sliding_block": ("large",),
 }
 
 

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from contactfem.case import read_case
 from contactfem.check import check_case
 from contactfem.discretise import discretise
+from contactfem.errors import CaseError, MeshError
 from contactfem.facets import match
 from contactfem.facts import interface_facts
 from contactfem.meshes.data import Surface
@@ -117,3 +118,16 @@ def test_surfaces_that_do_not_face_each_other_have_no_match():
 def test_check_shows_them():
     text = check_case(read_case(CASES / "hard" / "mortar_finer.toml", variant="nonmortar_finer"))
     assert "  HINT: mortar facets are 3.8 times as long" in text
+
+
+def test_a_body_that_cannot_be_meshed_is_named():
+    """Which the check would not find without meshing."""
+    case = read_case(CASES / "ironing.toml")
+
+    def broken(_):
+        raise MeshError("no mesh")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(case.bodies["die"].mesh), "build", broken)
+        with pytest.raises(CaseError, match=r"ironing\.toml: bodies\.die\.mesh: no mesh"):
+            list(interface_facts(case, case.interfaces["sole"]))

@@ -30,6 +30,20 @@ def solved() -> Callable[..., RunResult]:
     return run
 
 
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[..., RunResult]:
+    """Run the text of a case, with overrides "a.b=c"."""
+
+    def run(text: str, *overrides: str, comm: MPI.Comm = MPI.COMM_SELF) -> RunResult:
+        path = tmp_path / "case.toml"
+        path.write_text(text)
+        result = run_case(read_case(path, overrides), comm, None)
+        assert result.converged, result.message
+        return result
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def same() -> Callable[..., None]:
     """Assert that two runs agree along all interfaces to `rel` of the largest value."""
