@@ -22,6 +22,8 @@ LOOKS = tuple(
     for color, marker in zip((BLUE, RED, GREEN, GREY, INK), "os^Dv", strict=True)
 )
 
+SHORT = 2.0  # decades
+
 
 def seconds(row: Row) -> float:
     """Wall time without imports, compilation and output [s]."""
@@ -82,19 +84,20 @@ def _paint(
         exponent = slope(costs, errors)
         falls = "" if math.isnan(exponent) else f"${symbol}^{{{exponent:.2f}}}$"
         axes.plot(costs, errors, line, marker=marker, color=color, label=f"{name}  {falls}".strip())
-    for axis in (axes.xaxis, axes.yaxis):
-        _logarithmic(axis)
+    axes.set(xscale="log", yscale="log")
+    _number(axes.xaxis, axes.get_xlim())
+    _number(axes.yaxis, axes.get_ylim())
     axes.set_xlabel(f"{label} {symbol}")
     grid(axes)
     if axes.get_legend_handles_labels()[1]:
         axes.legend()
 
 
-def _logarithmic(axis: Axis) -> None:
-    """Scale with plain numbers at 1, 2 and 5, which also tell what is less than a decade."""
-    from matplotlib.ticker import LogLocator, NullLocator
+def _number(axis: Axis, ends: tuple[float, float]) -> None:
+    """Plain numbers on a logarithmic scale: at 1, 2 and 5 where it is short, else at 1."""
+    from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+    short = math.log10(ends[1] / ends[0]) < SHORT
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,), numticks=12))
     axis.set_major_formatter("{x:g}")
-    axis.set_minor_locator(NullLocator())
+    axis.set_minor_formatter(NullFormatter())

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 MEGABYTE = 1e6
+SAME = 1e-9  # relative distance from the finest run below which a run agrees with it
 UNITS = {"seconds": "s", "wall": "s", "memory": "B"}
 SHOWN = (
     "run", "level", "unknowns", "steps", "iter", "error", "order", "seconds", "MB",
@@ -104,7 +105,7 @@ def rows_of(target: Target, runs: Sequence[tuple[Member, Outcome, str]]) -> list
         runs: members, what became of them and their commands; curve by curve, level by level.
 
     Returns:
-        A row each. The run that is the reference has no error.
+        A row each. The run that is the reference, and those that agree with it, have no error.
     """
     values = [
         outcome.values.get(target.name, math.nan) if not outcome.message else math.nan
@@ -117,7 +118,7 @@ def rows_of(target: Target, runs: Sequence[tuple[Member, Outcome, str]]) -> list
         reference = values[own]
     errors = [value if target.is_error else relative_distance(value, reference) for value in values]
     if own >= 0:
-        errors[own] = math.nan
+        errors = [math.nan if error < SAME else error for error in errors]
     orders: list[float] = []
     for curve in dict.fromkeys(member.curve for member, _, _ in runs):
         its = [k for k, (member, _, _) in enumerate(runs) if member.curve == curve]
