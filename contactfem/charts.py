@@ -154,6 +154,6 @@ def stacked(figure: Figure, heights: tuple[float, ...]) -> list[Axes]:
     """
     spacing = {"hspace": 0.12}
     panels = figure.subplots(
-        len(heights), 1, sharex=True, height_ratios=heights, gridspec_kw=spacing
+        len(heights), 1, sharex=True, squeeze=False, height_ratios=heights, gridspec_kw=spacing
     )
-    return list(panels)
+    return list(panels[:, 0])

@@ -177,6 +177,7 @@ def _interface(
         interface.heat.pressure,
         interface.heat.dissipation,
         rubs=interface.friction is not None,
+        surface=mechanical,
     )
 
 

@@ -22,7 +22,7 @@ from contactfem.charts import (
 )
 from contactfem.engineering import scale_for
 from contactfem.heat_figure import draw_heat_history
-from contactfem.interface_figure import draw_interface
+from contactfem.interface_figure import draw_interface, draw_interface_heat
 from contactfem.pictures import draw_heat_flux, draw_stress, draw_temperature
 from contactfem.results import RunResult, StepReport
 
@@ -151,13 +151,15 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
     Returns:
         The files.
     """
+    painter = draw_interface if result.case.mechanics else draw_interface_heat
     paths = [
-        draw_interface(result, table, directory / f"interface_{table.name}.png")
+        painter(result, table, directory / f"interface_{table.name}.png")
         for table in result.interfaces
-        if len(table.arc) > 1
+        if len(table.arc) > 1 and (result.case.mechanics or table.heat is not None)
     ]
     bodies = result.bodies
-    if bodies and all(b.points.shape[1] == 2 and "stress" in b.fields for b in bodies):
+    moves = result.case.mechanics
+    if moves and bodies and all(b.points.shape[1] == 2 and "stress" in b.fields for b in bodies):
         rubs = any(side.friction is not None for side in result.case.interfaces.values())
         for component in ("yy", "xy") if rubs else ("yy",):
             paths.append(draw_stress(result, component, directory / f"stress_{component}.png"))
@@ -166,7 +168,7 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
         paths.append(draw_heat_flux(result, directory / "heat_flux.png"))
         if len(result.steps) > 1:
             paths.append(draw_heat_history(result, directory / "heat.png"))
-    if len(result.steps) > 1 and result.interfaces:
+    if moves and len(result.steps) > 1 and result.interfaces:
         paths.append(draw_history(result, directory / "history.png"))
     if any(len(step.residuals) > 1 for step in result.steps):
         paths.append(draw_convergence(result, directory / "convergence.png"))

@@ -138,6 +138,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     Returns:
         One table per interface; empty before the first step.
     """
+    if not discretisation.interfaces:
+        return _tables_of_heat(discretisation, state)
     tables = []
     pairs = zip(discretisation.interfaces, state.conditions, strict=False)
     for k, (interface, c) in enumerate(pairs):
@@ -166,6 +168,35 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 mortar_pressure=np.divide(
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
                 ),
+                heat=_surface_heat(discretisation, state, k),
+            )
+        )
+    return tables
+
+
+def _tables_of_heat(discretisation: Discretisation, state: State) -> list[InterfaceTable]:
+    """Tables of interfaces without mechanics: heat, and the pressure that was given; collective."""
+    tables = []
+    for k, link in enumerate(discretisation.heat.interfaces if discretisation.heat else ()):
+        X = link.surface.X
+        none, nothing = np.zeros(len(X)), np.full(len(X), np.nan)
+        edge = X[link.surface.facets[:, 1]] - X[link.surface.facets[:, 0]]
+        half = np.repeat(0.5 * np.hypot(*edge.T), 2)
+        tables.append(
+            InterfaceTable(
+                name=link.heat.name,
+                X=X,
+                x=X,
+                arc=np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(X, axis=0).T)))),
+                gap=nothing,
+                pressure=none if link.pressure is None else none + link.pressure(state.t),
+                traction=none,
+                slip=none,
+                status=np.full(len(X), Status.NONE, np.int8),
+                cover=none,
+                facet_length=np.bincount(link.surface.facets.ravel(), half).astype(np.float64),
+                mortar_x=np.empty((0, 2)),
+                mortar_pressure=np.empty(0),
                 heat=_surface_heat(discretisation, state, k),
             )
         )

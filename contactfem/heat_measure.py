@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.magnification import triangles
+from contactfem.magnification import cell_areas
 from contactfem.results import BodyPicture, FloatArray, HeatStep, InterfaceTable, StepReport
 
 if TYPE_CHECKING:
@@ -136,8 +136,6 @@ def heat_of_body(body: BodyPicture) -> dict[str, float]:
 
 
 def mean_over_area(body: BodyPicture, values: FloatArray) -> float:
-    """Mean of a nodal field over the reference area of a plane body."""
-    cells = triangles(body.cells)
-    a, b, c = (body.points[cells[:, k]] for k in range(3))
-    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    return float(area @ values[cells].mean(axis=1) / area.sum())
+    """Mean of a nodal field over the reference area of a plane body, exact for parallelograms."""
+    area = cell_areas(body.points, body.cells)
+    return float(area @ values[body.cells].mean(axis=1) / area.sum())

@@ -219,3 +219,27 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return draw(path, Frame(5.4, 4.0 + 1.2 * hot, bottom=0.5), paint)
+
+
+def draw_interface_heat(result: RunResult, table: InterfaceTable, path: Path) -> Path:
+    """Draw the heat along an interface of bodies that do not move.
+
+    Args:
+        result: the run, without mechanics.
+        table: the interface, with heat.
+        path: PNG file to write.
+
+    Returns:
+        The path.
+    """
+    strip = _strip(result, table)
+
+    def paint(figure: Figure) -> None:
+        (axes,) = stacked(figure, (1.0,))
+        _paint_heat(axes, strip)
+        grid(axes)
+        axes.set_xlim(*strip.window)
+        axes.set_xlabel(strip.label)
+        axes.set_title(f"Interface {table.name}")
+
+    return draw(path, Frame(5.4, 2.4, right=1.0), paint)

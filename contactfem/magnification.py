@@ -26,6 +26,23 @@ def triangles(cells: IntArray) -> IntArray:
     return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
 
 
+def cell_areas(points: FloatArray, cells: IntArray) -> FloatArray:
+    """Areas of plane cells: half the cross product of the diagonals.
+
+    Args:
+        points: vertices (n, 2) [m].
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        Areas (m,) [m²].
+    """
+    ring = [0, 1, 2, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
+    a, b, c, d = (points[cells[:, i]] for i in ring)
+    p, q = c - a, d - b
+    area: FloatArray = 0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    return area
+
+
 def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
     """Edges of plane cells, and which of them are on the boundary.
 

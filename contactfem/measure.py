@@ -274,7 +274,7 @@ def measure(result: RunResult) -> dict[str, float]:
         entry = result.case.closed_form.get(table.name)
         solution = closed_form(entry.solution, entry.parameters) if entry else None
         found = _of_interface(table, solution, result.case.strain == "small")
-        if result.steps:
+        if result.steps and table.name in result.steps[-1].forces:
             found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
             found["moment_defect"] = result.steps[-1].moment_defects.get(table.name, math.nan)
         found |= heat_of_interface(table)

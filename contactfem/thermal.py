@@ -12,6 +12,7 @@ from contactfem.heat import HeatBody
 from contactfem.heat_interface import HeatExchange, HeatInterface
 from contactfem.heat_system import HeatSolution, HeatStepInput, HeatSystem
 from contactfem.mechanics import BodyProblem
+from contactfem.meshes.data import Surface
 from contactfem.meshing import dofs_at_vertices
 from contactfem.results import SurfaceHeat
 from contactfem.rim import rim_values
@@ -84,6 +85,7 @@ class InterfaceLink:
         pressure: Pressure over time that stands in for that of mechanics [Pa].
         dissipation: Frictional heat per area that stands in for it [W/m²].
         rubs: Whether mechanics has friction there.
+        surface: The mechanical nonmortar surface.
     """
 
     heat: HeatInterface
@@ -92,6 +94,7 @@ class InterfaceLink:
     pressure: Table | None
     dissipation: Table | None
     rubs: bool
+    surface: Surface
 
     def exchange(self, c: Conditions | None, t: float, dt: float, ramp_end: float) -> HeatExchange:
         """What the interface exchanges at the end of a step; collective.

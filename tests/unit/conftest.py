@@ -45,6 +45,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "obstacles": {},
         "heat": None,
         "study": None,
+        "mechanics": True,
         "conditions": (),
         "solver": SimpleNamespace(tolerance=1e-10),
         "output": SimpleNamespace(fields=True, figures=True, times=()),
