@@ -6,6 +6,7 @@ import json
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from contactfem.case import Case, read_case
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 PICTURE = "study.png"
-WIDTH = 120  # of tables that are not shown on a terminal
+WIDTH = 110  # of messages, and of tables that are not shown on a terminal
 
 
 @dataclass(frozen=True)
@@ -92,15 +93,24 @@ def _choice(case: Case) -> str:
     names = list(measurable(case))
     errors = [name for name in names if "_error_" in name]
     named = [name for name in case.expect if name in names and name not in errors]
-    rest = [name for name in names if name not in errors and name not in named]
     lines = [
         "Give --error NAME, or --quantity NAME to compare with the finest run,",
         "or a table [study] with 'error', or with 'quantity' and perhaps its 'reference'.",
-        f"  errors: {', '.join(errors) or 'none, as no interface has a closed_form'}",
-        f"  quantities that the case expects: {', '.join(named) or 'none'}",
-        f"  other quantities: {', '.join(rest)}",
+        *_listed("errors", ", ".join(errors) or "none, as no interface has a closed_form"),
+        *_listed("quantities that the case expects", ", ".join(named) or "none"),
     ]
+    owners: dict[tuple[str, ...], list[str]] = {}
+    for owner in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
+        its = [name.partition(".")[2] for name in names if name.startswith(f"{owner}.")]
+        owners.setdefault(tuple(key for key in its if "_error_" not in key), []).append(owner)
+    for keys, owner in owners.items():
+        lines += _listed(f"quantities of {', '.join(owner)}", ", ".join(keys))
     return "\n".join(lines)
+
+
+def _listed(title: str, text: str) -> list[str]:
+    """Title and text, in lines that are not too long."""
+    return wrap(f"{title}: {text}", WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def run_study(study: Study, target: Target, console: Console | None = None) -> int:
