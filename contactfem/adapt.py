@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mpi4py import MPI
+
 from contactfem.adaptivity import (
     AcceptStep,
     MeshPolicy,
@@ -17,10 +19,11 @@ from contactfem.adaptivity import (
     decide_mesh,
     decide_step,
 )
+from contactfem.body_recovery import BodyErrors
 from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
-from contactfem.estimate import BodyErrors, FluxEstimator, StressEstimator, total
+from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.relative_error import RelativeError
 from contactfem.results import ErrorStep, Remeshing
 from contactfem.sizes import (
@@ -30,6 +33,7 @@ from contactfem.sizes import (
     goal,
     predict,
     predicted_cells,
+    rounded,
     size_field,
 )
 from contactfem.staggered import HeatOutcome
@@ -53,6 +57,40 @@ class _Progress:
     repeats: int = 0
 
 
+@dataclass(frozen=True)
+class _Lasting:
+    """What accepted steps left behind.
+
+    Attributes:
+        square: ∫ ⟨ż, ż⟩ dt.
+        span: ∫ dt of the steps that count there [s].
+        age: Steps on the present meshes, by problem.
+        life: Steps that the last replaced meshes lasted, by problem.
+    """
+
+    square: float = 0.0
+    span: float = 0.0
+    age: Mapping[str, int] = field(default_factory=dict)
+    life: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def mean_square(self) -> float:
+        """Mean of ⟨ż, ż⟩ over the run so far."""
+        return self.square / self.span if self.span > 0.0 else 0.0
+
+    def expected(self, problem: str) -> float:
+        """Steps that a new mesh may last: as many as the last one, or as the present one has."""
+        known = problem in self.life
+        return max(self.life[problem], self.age.get(problem, 0)) if known else np.inf
+
+    def next(self, square: float, span: float, rounds: Mapping[str, int]) -> "_Lasting":
+        """After one more step; `rounds`: new meshes that were made for it, by problem."""
+        new = {problem for problem, count in rounds.items() if count}
+        ends = {p: age for p, age in self.age.items() if p in new and age > 0}
+        age = {p: (0 if p in new else self.age.get(p, 0)) + 1 for p in ("mechanics", "heat")}
+        return _Lasting(self.square + square, self.span + span, age, {**self.life, **ends})
+
+
 class Adaptation:
     """Judges solved steps.
 
@@ -66,9 +104,7 @@ class Adaptation:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
-        self._age: dict[str, int] = {}
-        self._life: dict[str, float] = {}
-        self._rates: tuple[float, float] = (0.0, 0.0)  # sum of <ż, ż> dt, and of dt
+        self._lasting = self._lasting_before = _Lasting()
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -106,16 +142,30 @@ class Adaptation:
         Returns:
             The decision.
         """
+        if t <= self.settings.start * (1.0 + 1e-12):
+            return Accept(None, self._report({}, None))
         with self.timers.book("estimate"):
+            if heat is not None and not self._counts(heat):
+                heat = None
+            timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
+            if isinstance(timed, ShorterStep):
+                self._now.repeats += 1
+                if timed.back > 1:
+                    self._lasting = self._lasting_before
+                return timed
             found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
-            if sizes is not None:
-                return NewMeshes(sizes)
-            timed = self._judge_step(state, heat, t)
-        if isinstance(timed, ShorterStep):
-            self._now.repeats += 1
-            return timed
+        if sizes is not None:
+            return NewMeshes(sizes)
         dt, eta_time = timed
         return Accept(dt, self._report(found, eta_time))
+
+    def _counts(self, heat: HeatOutcome) -> bool:
+        """Whether temperatures are far enough apart for errors of heat to count; collective."""
+        comm, theta = self._discretisation.system.comm, heat.solution.theta
+        top = max(float(values.max(initial=-np.inf)) for values in theta)
+        bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
+        top, bottom = comm.allreduce(top, MPI.MAX), comm.allreduce(bottom, MPI.MAX)
+        return bool(top + bottom > self.settings.least_temperature)
 
     def remeshed(
         self, before: Discretisation, after: Discretisation, t: float, seconds: float
@@ -145,13 +195,10 @@ class Adaptation:
             dt: Its length [s].
         """
         thermal = self._discretisation.heat
+        self._lasting_before, square, span = self._lasting, 0.0, 0.0
         if thermal is not None and self.repeats:
-            self._rates = (self._rates[0] + thermal.product(rate, rate) * dt, self._rates[1] + dt)
-        for problem in ("mechanics", "heat"):
-            if self._now.rounds.get(problem):
-                self._life[problem] = float(self._age.get(problem, 0))
-                self._age[problem] = 0
-            self._age[problem] = self._age.get(problem, 0) + 1
+            square, span = thermal.product(rate, rate) * dt, dt
+        self._lasting = self._lasting.next(square, span, self._now.rounds)
         self._now = _Progress()
 
     def _judge_meshes(
@@ -191,7 +238,7 @@ class Adaptation:
         self, problem: str, bodies: Sequence[BodyErrors], tolerance: float, t: float, dt: float
     ) -> Mapping[str, Floats]:
         """Sizes of new meshes of one problem, by body; empty to keep the present ones."""
-        chosen = [b for b in bodies if self._may_change(_name(self._discretisation, problem, b))]
+        chosen = [b for b in bodies if self._may_change(b.name)]
         if not chosen:
             return {}
         policy = MeshPolicy(tolerance, most_remeshes=self.settings.max_remeshes)
@@ -211,9 +258,8 @@ class Adaptation:
             parts.append(size_field(x, c, part, self._limits(x)))
         scale = self._scale(points, cells, parts)
         for body, x, c, part in zip(chosen, points, cells, parts, strict=True):
-            name = _name(self._discretisation, problem, body)
-            sizes[name] = scale * part
-            expected = predict(x, c, sizes[name], body.errors, ORDER)
+            sizes[body.name] = rounded(scale * part)
+            expected = predict(x, c, sizes[body.name], body.errors, ORDER)
             count, error_square = count + expected.cells, error_square + expected.error_square
         expected_error = RelativeError(
             error_square, everything.norm_square + everything.error_square - error_square
@@ -226,7 +272,7 @@ class Adaptation:
                 predicted_cells=count,
                 remeshes=self._now.rounds.get(problem, 0),
                 steps_left=(self.case.time.end - t) / dt,
-                life=self._life.get(problem, np.inf),
+                life=self._lasting.expected(problem),
             ),
             policy,
         )
@@ -270,7 +316,7 @@ class Adaptation:
         change = [b - a for a, b in zip(state.rate, rate, strict=True)]
         change_square = thermal.product(change, change)
         older_square = thermal.product(state.rate, state.rate)
-        least = self._rates[0] / self._rates[1] if self._rates[1] > 0.0 else 0.0
+        least = self._lasting.mean_square
         newer = time_error(change_square, square, state.dt, dt, least)
         older = time_error(change_square, older_square, dt, state.dt, least)
         limits = self.case.time
@@ -304,16 +350,6 @@ class Adaptation:
             repeats=self._now.repeats,
             decisions=tuple(self._now.decisions),
         )
-
-
-def _name(discretisation: Discretisation, problem: str, errors: BodyErrors) -> str:
-    """Name of the body that errors belong to."""
-    bodies = (
-        {body.name: body.mesh for body in discretisation.bodies.values()}
-        if problem == "mechanics" or discretisation.heat is None
-        else {body.name: body.mesh for body in discretisation.heat.bodies}
-    )
-    return next(name for name, mesh in bodies.items() if mesh is errors.view.mesh)
 
 
 def _cells(discretisation: Discretisation) -> tuple[dict[str, int], dict[str, int]]:

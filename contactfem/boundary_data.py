@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+ON_AXIS = 1e-9  # distance from the axis over the largest that counts as none
 SMOOTH = np.cos(np.deg2rad(30.0))  # facets that turn by less share one condition at their vertex
 
 
@@ -40,6 +41,9 @@ class FacetData:
 def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> FacetData:
     """Tractions on a body's boundary: free but for loads; unknown where it is held or may touch.
 
+    Loads are given per reference area; on the axis of a body of revolution nothing is known but
+    that there is no shear.
+
     Args:
         case: The case.
         body: Name of the body.
@@ -50,6 +54,7 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
     facets = view.boundary
     known, value = np.ones((len(facets), 2), bool), np.zeros((len(facets), 2))
     normal = facet_normals(facets, x)
+    stretch = _areas(case, facets, x) / _areas(case, facets, view.data.points)
     for condition in _mechanical(case, body):
         at = _on(view, facets, condition.surface or "")
         for axis in condition.components():
@@ -57,10 +62,12 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
         if condition.grip is not None:
             known[at] = False
         for axis, table in (condition.traction or {}).items():
-            value[at, "xy".index(axis)] += table.at(t, case.time.step)
+            value[at, "xy".index(axis)] += table.at(t, case.time.step) / stretch[at]
         if condition.pressure is not None:
             value[at] -= condition.pressure.at(t, case.time.step) * normal[at]
     known[_of_interfaces(case, body, view, facets)] = False
+    if case.axisymmetric:
+        known[_on_axis(view.data.points, facets), 0] = False
     return FacetData(known, value)
 
 
@@ -163,6 +170,20 @@ def vertex_normals(facets: Ints, x: Floats, vertices: Ints) -> Floats:
         np.add.at(total, facets[:, end], facet_normals(facets, x))
     found = total[vertices]
     return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+
+
+def _areas(case: Case, facets: Ints, x: Floats) -> Floats:
+    """Areas of facets [m], around an axis [m²]; on the axis that of a line instead, (f,)."""
+    length = np.hypot(*(x[facets[:, 1]] - x[facets[:, 0]]).T)
+    if not case.axisymmetric:
+        return np.asarray(length)
+    radius = x[facets, 0].mean(axis=1)
+    return np.asarray(length * np.where(_on_axis(x, facets), 1.0, radius))
+
+
+def _on_axis(x: Floats, facets: Ints) -> Bools:
+    """Facets on the axis x = 0, (f,)."""
+    return np.asarray(np.abs(x[facets, 0]).max(axis=1) <= ON_AXIS * np.abs(x[:, 0]).max())
 
 
 def _mechanical(case: Case, body: str) -> Sequence[Condition]:

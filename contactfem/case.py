@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -15,7 +16,7 @@ from contactfem.model import Flag, Model, Name, NonNegative
 from contactfem.overrides import override, with_variant
 from contactfem.references import CLOSED_FORMS, closed_form
 from contactfem.scene import Body, Condition, Interface, Material, Obstacle, Probe
-from contactfem.units import Duration, Length, Number, read_quantity
+from contactfem.units import Duration, Length, Number, Temperature, read_quantity
 
 PositiveTime = Annotated[Duration, Field(gt=0)]
 Fraction = Annotated[float, Field(strict=True, gt=0, lt=1)]
@@ -92,7 +93,8 @@ class Adaptivity(Model):
     `tolerance` stands for all three that are not given: `mechanics`, `heat` and `time`; the latter
     two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
     `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
-    extent, and that over 256.
+    extent, and that over 256. Errors are judged after `start`; those of heat and time as soon as
+    temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
     """
 
     tolerance: Ratio | None = None
@@ -105,6 +107,8 @@ class Adaptivity(Model):
     growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
     max_cells: Annotated[Count, Field(ge=10)] = 200_000
     max_remeshes: Count = 3
+    start: Annotated[Duration, Field(ge=0)] = 0.0
+    least_temperature: Annotated[Temperature, Field(ge=0)] = 1e-3
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -315,12 +319,23 @@ def _toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_bytes().decode())
     except FileNotFoundError:
-        raise CaseError(f"{path}: there is no such file") from None
+        raise CaseError(f"{path}: there is no such file{_near(path)}") from None
     except IsADirectoryError:
-        raise CaseError(f"{path}: is a folder, not a case file") from None
+        inside = sorted(path.glob("*.toml"))
+        hint = f"; give one of its files, such as {inside[0]}" if inside else ""
+        raise CaseError(f"{path}: is a folder, not a case file{hint}") from None
     except OSError as error:
         raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise CaseError(f"{path}: is not UTF-8 text (byte {error.start})") from None
     except (ValueError, RecursionError) as error:
         raise CaseError(f"{path}: is not TOML: {str(error).splitlines()[0]}") from None
+
+
+def _near(path: Path) -> str:
+    """Hint at a case file of nearly that name, in its folder or among the cases here."""
+    there = {
+        file.stem: file for file in (*Path("cases").glob("*.toml"), *path.parent.glob("*.toml"))
+    }
+    near = get_close_matches(path.stem, there, n=1)
+    return f"; did you mean '{there[near[0]]}'?" if near else ""

@@ -149,8 +149,7 @@ def _message(details: ErrorDetails) -> str:
     if kind in PLAIN:
         return PLAIN[kind].format(**context).replace("'", "")
     if kind == "string_pattern_mismatch":
-        names = details["loc"][-1] == "[key]"
-        return NAME if names else "must be 'neo-hooke' or 'file.py:function'"
+        return NAME if details["loc"][-1] == "[key]" else _pattern(details)
     text = details["msg"]
     if kind == "literal_error":
         choices = str(context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
@@ -161,6 +160,13 @@ def _message(details: ErrorDetails) -> str:
         text = str(context["error"])
     text = text.replace("Input should be ", "must be ")
     return text.splitlines()[0]
+
+
+def _pattern(details: ErrorDetails) -> str:
+    """Names that are allowed beside a user's function, which is how all our patterns end."""
+    names = re.findall(r"(?<=[(|])[a-z-]+(?=\|)", details["ctx"]["pattern"])
+    listed = f"one of {', '.join(names)}" if len(names) > 1 else f"'{names[0]}'"
+    return f"must be {listed} or 'file.py:function'{_near(details['input'], names)}"
 
 
 def _real_keys(loc: Iterable[str | int], raw: object, missing: bool) -> list[str | int]:

@@ -1,6 +1,7 @@
 """Say what a case models, what it leaves out, and what holds its bodies, without running it."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +16,33 @@ from contactfem.heat_words import heat_words
 from contactfem.listing import listing
 from contactfem.meshes import MeshFile
 from contactfem.overrides import nearest
+from contactfem.plausible import large_loads, pieces
 from contactfem.rigid import free_rigid_modes, name_modes
 from contactfem.scene import Interface, Material
 
 Floats = npt.NDArray[np.float64]
 Outlines = dict[str, dict[str, Floats]]
 
+LOOSE = "nothing holds it"
 TOUCHING = 1e-9  # relative to the size of the nonmortar surface
+
+
+@dataclass(frozen=True)
+class Account:
+    """What a case says, as the summary of a run keeps it.
+
+    Attributes:
+        scene: what it models and leaves out, title and text of each row.
+        resolved: its keys, their values in SI with unit, and whether they are defaults.
+    """
+
+    scene: tuple[tuple[str, str], ...] = ()
+    resolved: tuple[tuple[str, str, bool], ...] = ()
+
+
+def account(case: Case) -> Account:
+    """Take down what a case models and every value that it relies on; reads no mesh."""
+    return Account(tuple(_scene(case)), tuple(_values(case)))
 
 
 def check_case(case: Case) -> str:
@@ -41,7 +62,7 @@ def check_case(case: Case) -> str:
         describe(case),
         _section("bodies", _bodies(case, lines)),
         _section("interfaces", _interfaces(case, lines)),
-        _section("values in SI, * where the case file does not give them", _values(case)),
+        _section("values in SI, * where the case file does not give them", _marked(case)),
     ]
     return "\n\n".join(section for section in sections if section)
 
@@ -82,17 +103,23 @@ def outlines(case: Case) -> Outlines:
     return lines
 
 
-def check_files(case: Case) -> None:
-    """Make sure that mesh files are meshes and have the surfaces that a case names.
+def check_bodies(case: Case) -> None:
+    """Make sure that mesh files have the surfaces that a case names, and that all bodies are held.
 
     Args:
-        case: the case; what needs no file was checked when it was read.
+        case: the case; what needs no mesh was checked when it was read.
 
     Raises:
-        CaseError: not a mesh, or a surface that is missing or empty.
+        CaseError: not a mesh, a surface that is missing or empty, or a body that moves freely.
     """
-    if any(isinstance(body.mesh, MeshFile) for body in case.bodies.values()):
-        outlines(case)
+    for name, lines in outlines(case).items():
+        found = held(case, name, lines)
+        if case.mechanics and found.endswith(LOOSE):
+            words = found.removeprefix("WARNING: ")
+            raise CaseError(
+                f"{case.path}: bodies.{name}: {words}; prescribe a displacement, or make it touch "
+                "something in an interface"
+            )
 
 
 def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
@@ -126,7 +153,10 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
     yield from heat_words(case)
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
-    yield "expected", f"{len(case.expect)} numbers" if case.expect else "nothing"
+    for text in large_loads(case):
+        yield "doubtful", text
+    count = len(case.expect)
+    yield "expected", f"{count} number{'s' if count > 1 else ''}" if count else "nothing"
     if case.variants:
         yield "variants", ", ".join(case.variants)
 
@@ -148,6 +178,8 @@ def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
         size = " x ".join(engineering(length, "m") for length in high - low)
         yield "", f"{size}, lower corner ({', '.join(f'{x:.4g}' for x in low)}) m"
         yield "", "surfaces " + ", ".join(lines[name])
+        if isinstance(body.mesh, MeshFile) and (count := pieces(body.mesh.build())) > 1:
+            yield "", f"WARNING: in {count} pieces; 'body' takes one group of cells of a file"
         yield "", describe_element(body, material, body.mesh.cell_type())
         yield "", held(case, name, lines[name])
 
@@ -198,7 +230,7 @@ def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
     touching = [f"'{name}'" for name, sides in case.interfaces.items() if _takes_part(body, sides)]
     if touching:
         return f"free in {free}: held only by contact through {', '.join(touching)}"
-    return f"WARNING: free in {free}: nothing holds it"
+    return f"WARNING: free in {free}: {LOOSE}"
 
 
 def _takes_part(body: str, sides: Interface) -> bool:
@@ -235,7 +267,13 @@ def _gap(gap: float | None, size: float) -> str:
     return f"{'gap' if gap > 0 else 'overlap'} {engineering(abs(gap), 'm')}"
 
 
-def _values(case: Case) -> Iterator[tuple[str, str]]:
+def _values(case: Case) -> Iterator[tuple[str, str, bool]]:
+    """Keys with their values, and whether they are defaults."""
     for key, value, default in listing(case):
         if not key.startswith(("title", "references", "variants", "expect", "path")):
-            yield key, f"{value} *" if default else value
+            yield key, value, default
+
+
+def _marked(case: Case) -> Iterator[tuple[str, str]]:
+    for key, value, default in _values(case):
+        yield key, f"{value} *" if default else value

@@ -53,7 +53,10 @@ def parser() -> argparse.ArgumentParser:
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
-    _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
+    schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
+    schema.add_argument(
+        "--markdown", action="store_true", help="all keys as a page to read instead"
+    )
     for verb in (check, mesh, run, study):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
@@ -74,6 +77,11 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     add_study_options(study)
+    report.add_argument(
+        "--html",
+        action="store_true",
+        help="write one page about each run into its folder, report.html, which needs nothing else",
+    )
     report.add_argument(
         "paths",
         type=Path,
@@ -132,6 +140,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    if options.html:
+        for path in filter(_holds_cases, options.paths):
+            raise CaseError(f"{path}: holds case files; --html takes folders of runs")
+        return _pages([folder for path in options.paths for folder in _folders(path)])
     from contactfem.report import report
 
     if len(options.paths) == 1 and _holds_cases(options.paths[0]):
@@ -139,6 +151,18 @@ def _report(options: argparse.Namespace) -> int:
 
         return report_folder(options.paths[0], Path("runs") / options.paths[0].resolve().name)
     return report([folder for path in options.paths for folder in _folders(path)])
+
+
+def _pages(folders: Sequence[Path]) -> int:
+    """Write a page about each run."""
+    from contactfem.html_report import write_page
+
+    for folder in folders:
+        try:
+            print(write_page(folder))
+        except OSError as error:
+            raise CaseError(f"{folder}: cannot be written to: {error.strerror}") from None
+    return ExitCode.DONE
 
 
 def _holds_cases(folder: Path) -> bool:
@@ -152,18 +176,23 @@ def _folders(path: Path) -> list[Path]:
     Raises:
         CaseError: there is neither.
     """
+    from contactfem.overrides import nearest
+
     if path.is_dir():
         return [path]
     runs = Path("runs")
     folders = [runs / path.stem, *sorted(runs.glob(f"{glob.escape(path.stem)}-*"))]
     found = [folder for folder in folders if folder.is_dir()]
+    if not found and path.suffix != ".toml":
+        there = [str(folder) for folder in runs.glob("*")]
+        raise CaseError(f"{path}: there is no such folder of a run{nearest(str(path), there)}")
     if not found:
         raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
     return found
 
 
 def _schema(options: argparse.Namespace) -> int:
-    from contactfem.case import Case
+    from contactfem.case_reference import case_schema, reference_page
 
-    print(json.dumps(Case.model_json_schema(), indent=2))
+    print(reference_page() if options.markdown else json.dumps(case_schema(), indent=2))
     return ExitCode.DONE

@@ -10,7 +10,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from contactfem.case import Case, read_case
-from contactfem.check import check_files, describe
+from contactfem.check import check_bodies, describe
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.expect import check_names
 from contactfem.timers import seconds_since_start
@@ -91,7 +91,7 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
         try:
             found = read_case(path, overrides, variant)
             check_names(found)
-            check_files(found)
+            check_bodies(found)
         except ContactfemError as error:
             found = error
     answer: Case | ContactfemError = comm.bcast(found)
@@ -110,7 +110,7 @@ def _run_one(comm: MPI.Comm, case: Case, out: Path, first: bool = True) -> int:
     result = run_case(case, comm, out, Invocation(_command(comm), imports))
     passed = True
     if comm.rank == 0:
-        passed = _closing(out)
+        passed = _closing(out, plain=comm.size > 1)
         if result.message:
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
@@ -125,14 +125,17 @@ def _command(comm: MPI.Comm) -> str:
     return words if comm.size == 1 else f"mpirun -n {comm.size} {words}"
 
 
-def _closing(out: Path) -> bool:
-    """Print what was expected and what came; whether all expectations are met."""
+def _closing(out: Path, *, plain: bool) -> bool:
+    """Print what was expected and what came; whether all expectations are met.
+
+    mpirun shows a terminal even where there is none, so colour would get into files: `plain`.
+    """
     from rich.console import Console
 
     from contactfem.report import read_summary, verdict_table
 
     summary = read_summary(out)
     if summary["verdicts"]:
-        Console().print(verdict_table(summary))
+        Console(force_terminal=False if plain else None).print(verdict_table(summary))
     print(f"results in {out}", flush=True)
     return all(verdict["passed"] for verdict in summary["verdicts"])

@@ -56,21 +56,29 @@ def assemble_into(A: PETSc.Mat, form: fem.Form) -> None:
 
 
 class CellExpression:
-    """An expression at the midpoints of all local cells, compiled once.
+    """An expression at the same points of all local cells, compiled once.
 
     Args:
         mesh: the mesh.
         expression: scalar or vector expression.
+        points: points of the reference cell (q, dim); its midpoint without.
     """
 
-    def __init__(self, mesh: Mesh, expression: ufl.core.expr.Expr) -> None:
+    def __init__(
+        self,
+        mesh: Mesh,
+        expression: ufl.core.expr.Expr,
+        points: npt.NDArray[np.float64] | None = None,
+    ) -> None:
         midpoint = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
-        self._mesh, self._compiled = mesh, fem.Expression(expression, midpoint)
+        self._points = midpoint if points is None else points
+        self._mesh, self._compiled = mesh, fem.Expression(expression, self._points)
         self._components = int(np.prod(expression.ufl_shape))
 
     def values(self) -> npt.NDArray[np.float64]:
-        """Values with the present coefficients, (cells, components)."""
+        """Values with the present coefficients, (cells, q, components)."""
         cells = self._mesh.topology.index_map(self._mesh.topology.dim)
         n = cells.size_local + cells.num_ghosts
         found = self._compiled.eval(self._mesh, np.arange(n, dtype=np.int32))
-        return np.asarray(found).reshape(n, self._components)  # also on a rank without cells
+        # also on a rank without cells
+        return np.asarray(found).reshape(n, len(self._points), self._components)

@@ -25,6 +25,7 @@ from contactfem.forms.energies import (
     neo_hooke_mixed,
 )
 from contactfem.forms.mechanics import Energy
+from contactfem.friction_choice import friction_law
 from contactfem.interface import (
     BodySide,
     InterfaceNodes,
@@ -33,20 +34,13 @@ from contactfem.interface import (
     plane_side,
     polyline_side,
 )
-from contactfem.laws import (
-    Coulomb,
-    FrictionLaw,
-    Tresca,
-    VariableCoulomb,
-    frictionless,
-)
 from contactfem.mechanics import BodyProblem, Law, Load
 from contactfem.meshes.data import MeshData
 from contactfem.meshing import BodyMesh, distribute
 from contactfem.model import AXES
 from contactfem.numbering import Grip, Prescribed
 from contactfem.rigid import free_rigid_modes
-from contactfem.scene import Condition, Friction, Material, Plane, Polyline
+from contactfem.scene import Condition, Material, Plane, Polyline
 from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.system import System
 from contactfem.tables import constant
@@ -340,7 +334,7 @@ def _interface(
         mortar.surface if isinstance(mortar, BodySide) else None,
     )
     law = ContactLaw(
-        friction=friction_law(interface.friction),
+        friction=friction_law(case, interface.friction),
         c=found.c,
         c_n=found.c_n,
         c_t=found.c_t,
@@ -351,18 +345,6 @@ def _interface(
         augmented=interface.normal.law == "augmented",
     )
     return nodes, Contact(system.comm, nodes.mesh, law)
-
-
-def friction_law(friction: Friction | None) -> FrictionLaw:
-    """Friction law of an interface of the case."""
-    if friction is None or friction.coefficient == 0.0:
-        return frictionless
-    if friction.limit is not None:
-        return Tresca(friction.limit)
-    if friction.coefficient_table is not None:
-        table = friction.coefficient_table
-        return VariableCoulomb(table.variable, table.table)
-    return Coulomb(friction.coefficient or 0.0)
 
 
 def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:

@@ -14,9 +14,10 @@ from contactfem.heat_interface import HeatInterface, HeatInterfaceLaw, HeatNodes
 from contactfem.heat_laws import Conductance, ConductanceLaw, Constant, GasGap, PowerLaw
 from contactfem.heat_system import HeatSystem, HeldTemperature
 from contactfem.interface import BodySide, RigidSide
+from contactfem.interface_laws import InterfaceHeat
 from contactfem.mechanics import BodyProblem
 from contactfem.meshing import BodyMesh
-from contactfem.scene import Condition, InterfaceHeat, Material
+from contactfem.scene import Condition, Material
 from contactfem.surfaces import Bools
 from contactfem.tables import Table
 from contactfem.thermal import BodyLink, InterfaceLink, Thermal

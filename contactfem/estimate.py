@@ -1,11 +1,12 @@
 """Estimated errors of stress and heat flux on the meshes of a run, (32)-(36), on all ranks."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from contactfem.body_recovery import BodyErrors, BodyRecovery, RecoveredField
 from contactfem.boundary_data import (
+    Bools,
     Floats,
     Ints,
     cartesian_rows,
@@ -15,83 +16,30 @@ from contactfem.boundary_data import (
     vertex_normals,
 )
 from contactfem.case import Case
-from contactfem.constrained_recovery import heat_flow_rows, with_conditions
+from contactfem.constrained_recovery import Conditions as Known
+from contactfem.constrained_recovery import heat_flow_rows, traction_rows
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.heat_interface import HeatExchange
 from contactfem.interface_recovery import (
     MechanicalState,
-    Side,
     ThermalState,
     closest,
     recover_heat_flux,
     recover_stress,
 )
 from contactfem.mesh_view import MeshView
-from contactfem.recovery import Patches, patches
 from contactfem.relative_error import RelativeError
-from contactfem.space_error import (
-    around_axis,
-    elastic_compliance,
-    quadrature,
-    squared_errors,
-    squared_norms,
-)
+from contactfem.space_error import elastic_compliance, sample_points
 from contactfem.transfer import VertexValues
 
 PLANE = (0, 1, 2, 3)  # xx, yy, zz, xy of the six stress components
-
-
-@dataclass(frozen=True)
-class BodyErrors:
-    """Errors of the cells of one body's mesh, the same on all ranks.
-
-    Attributes:
-        view: The mesh.
-        errors: ‖e‖² of each cell, (m,).
-        norms: ‖v‖² of each cell, (m,).
-    """
-
-    view: MeshView
-    errors: Floats
-    norms: Floats
-
-    @property
-    def total(self) -> RelativeError:
-        """Of the whole body."""
-        return RelativeError(float(self.errors.sum()), float(self.norms.sum()))
+TOUCHED = 0.5  # share of the nonmortar nodes opposite that make a mortar node active
 
 
 def total(bodies: Sequence[BodyErrors]) -> RelativeError:
     """Relative error of all bodies together, (40)."""
     return sum((body.total for body in bodies), RelativeError(0.0, 0.0))
-
-
-@dataclass
-class _Field:
-    """A body's discrete field, its patches and their polynomials."""
-
-    view: MeshView
-    x: Floats
-    samples: Floats
-    patches: Patches
-    coefficients: Floats
-
-    def side(self, vertices: Ints) -> Side:
-        """Patches of some vertices alone."""
-        return Side(patches(self.x, self.view.data.cells, vertices), self.coefficients[vertices])
-
-    def errors(self, metric: Floats, *, axisymmetric: bool) -> BodyErrors:
-        """Distance of the recovered field from the discrete one."""
-        cells = self.view.data.cells
-        rule = quadrature(self.x, cells)
-        rule = around_axis(rule) if axisymmetric else rule
-        recovered = self.coefficients[:, 0]
-        return BodyErrors(
-            self.view,
-            squared_errors(rule, cells, recovered, self.samples, metric),
-            squared_norms(rule, self.samples, metric),
-        )
 
 
 class StressEstimator:
@@ -105,7 +53,17 @@ class StressEstimator:
     def __init__(self, case: Case, discretisation: Discretisation) -> None:
         self._case, self._discretisation = case, discretisation
         comm, bodies = discretisation.system.comm, discretisation.bodies
-        self._views = {name: MeshView.of(comm, body.mesh) for name, body in bodies.items()}
+        self._recoveries, self._stress = {}, {}
+        for name, body in bodies.items():
+            material = case.materials[case.bodies[name].material]
+            view = MeshView.of(comm, body.mesh)
+            self._recoveries[name] = BodyRecovery(
+                name,
+                view,
+                elastic_compliance(material.E, material.nu),
+                axisymmetric=case.axisymmetric,
+            )
+            self._stress[name] = body.stress_at(sample_points(view.data.cells.shape[1]))
         self._u = {
             name: VertexValues(comm, body.mesh, body.vertex_space) for name, body in bodies.items()
         }
@@ -119,45 +77,35 @@ class StressEstimator:
         """
         case, fields = self._case, {}
         for name, body in self._discretisation.bodies.items():
-            view = self._views[name]
-            x = view.data.points
+            recovery = self._recoveries[name]
+            x = recovery.points
             if case.strain == "finite":
                 x = x + self._u[name].replicate(body.u.x.array)
-            samples = view.cells(body.cell_stress()[:, PLANE])
-            field = _fitted(view, x, samples)
-            known = tractions(case, name, view, x, t)
-            rows = vertex_conditions(view.boundary, x, known, cartesian_rows, len(PLANE))
-            field.coefficients = with_conditions(field.patches, field.coefficients, rows)
-            fields[name] = field
+            values = recovery.view.cells(self._stress[name].values()[:, :, PLANE])
+            field = fields[name] = RecoveredField(recovery, x, values)
+            known = tractions(case, name, recovery.view, x, t)
+            rows = vertex_conditions(recovery.view.boundary, x, known, cartesian_rows, len(PLANE))
+            field.require(rows)
         for interface, c in zip(self._discretisation.interfaces, conditions, strict=True):
             self._join(interface.name, c, fields)
-        result = []
-        for name, field in fields.items():
-            material = case.materials[case.bodies[name].material]
-            metric = elastic_compliance(material.E, material.nu)
-            result.append(field.errors(metric, axisymmetric=case.axisymmetric))
-        return result
+        return [field.errors() for field in fields.values()]
 
-    def _join(self, name: str, c: Conditions, fields: dict[str, _Field]) -> None:
+    def _join(self, name: str, c: Conditions, fields: Mapping[str, RecoveredField]) -> None:
         """Fit both sides of an interface together, (34) and (36)."""
-        case = self._case
-        sides = case.interfaces[name]
-        n = len(c.status)
-        touched = np.asarray(c.operators.M.T @ c.active.astype(np.float64))[n:] > 0.0
-        active = {sides.nonmortar: c.active, sides.mortar: touched}
+        case, sides = self._case, self._case.interfaces[name]
         rubs = sides.friction is not None
-        on_bodies = [side for side in (sides.nonmortar, sides.mortar) if side not in case.obstacles]
-        places = {side: _place(fields, side) for side in on_bodies}
-        for side in on_bodies:
-            field, vertices, normals = places[side]
-            state = MechanicalState(normals, active[side], np.full(len(vertices), not rubs))
-            other = next((s for s in on_bodies if s != side), None)
-            if other is None:
-                _free_of_traction(field, vertices, state)
-                continue
-            opposite = places[other]
-            fit = recover_stress(field.side(vertices), opposite[0].side(opposite[1]), state)
-            field.coefficients[vertices, 0] = fit.standard.values
+        first = _Place(fields, sides.nonmortar)
+        own = MechanicalState(first.normals, c.active, np.full(len(c.active), not rubs))
+        if sides.mortar in case.obstacles:
+            first.field.require(_on_obstacle(first.vertices, own))
+            return
+        second = _Place(fields, sides.mortar)
+        touched = _touched(c)
+        other = MechanicalState(second.normals, touched, np.full(len(touched), not rubs))
+        patches = first.field.side(first.surface), second.field.side(second.surface)
+        fits = recover_stress(*patches, own), recover_stress(*patches[::-1], other)
+        for place, fit in zip((first, second), fits, strict=True):
+            place.field.join(place.vertices, fit)
 
 
 class FluxEstimator:
@@ -173,7 +121,14 @@ class FluxEstimator:
         self._case, self._thermal = case, discretisation.heat
         comm = discretisation.system.comm
         bodies = self._thermal.bodies
-        self._views = {body.name: MeshView.of(comm, body.mesh) for body in bodies}
+        self._recoveries, self._flux = [], []
+        for body in bodies:
+            view = MeshView.of(comm, body.mesh)
+            metric = np.asarray(np.eye(2) / body.law.conductivity)
+            self._recoveries.append(
+                BodyRecovery(body.name, view, metric, axisymmetric=case.axisymmetric)
+            )
+            self._flux.append(body.flux_at(sample_points(view.data.cells.shape[1])))
         self._u = [VertexValues(comm, body.mesh, body.displacement_space) for body in bodies]
         self._theta = [VertexValues(comm, body.mesh, body.V) for body in bodies]
 
@@ -189,69 +144,68 @@ class FluxEstimator:
         """
         case, fields = self._case, {}
         for k, body in enumerate(self._thermal.bodies):
-            view = self._views[body.name]
-            x = view.data.points
+            recovery = self._recoveries[k]
+            x = recovery.points
             if body.deforms:
                 x = x + self._u[k].replicate(body.u.x.array)
             body.theta.x.array[:] = theta[k]
-            field = _fitted(view, x, view.cells(body.cell_flux()))
-            known = heat_flows(case, body.name, view, self._theta[k].replicate(theta[k])[:, 0], t)
-            rows = vertex_conditions(view.boundary, x, known, heat_flow_rows, x.shape[1])
-            field.coefficients = with_conditions(field.patches, field.coefficients, rows)
-            fields[body.name] = field
+            values = recovery.view.cells(self._flux[k].values())
+            field = fields[body.name] = RecoveredField(recovery, x, values)
+            at_vertices = self._theta[k].replicate(theta[k])[:, 0]
+            known = heat_flows(case, body.name, recovery.view, at_vertices, t)
+            rows = vertex_conditions(recovery.view.boundary, x, known, heat_flow_rows, 2)
+            field.require(rows)
         for link, exchange in zip(self._thermal.interfaces, exchanges, strict=True):
-            self._join(link.heat.name, exchange, fields)
-        return [
-            fields[body.name].errors(
-                np.asarray(np.eye(2) / body.law.conductivity), axisymmetric=case.axisymmetric
-            )
-            for body in self._thermal.bodies
-        ]
+            if not link.heat.nodes.is_rigid:
+                self._join(link.heat.name, exchange, fields)
+        return [field.errors() for field in fields.values()]
 
-    def _join(self, name: str, exchange: HeatExchange, fields: dict[str, _Field]) -> None:
+    def _join(
+        self, name: str, exchange: HeatExchange, fields: Mapping[str, RecoveredField]
+    ) -> None:
         """Fit both sides of an interface together, (35) and (36)."""
-        case = self._case
-        sides = case.interfaces[name]
-        if sides.mortar in case.obstacles:
-            return
-        means = exchange.means
-        weight = np.where(means.weight > 0.0, means.weight, 1.0)
-        d = means.dissipation / weight
-        active = (np.abs(means.flux).sum(axis=1).A1 > 0.0) | (d > 0.0)
-        first, second = (_place(fields, side) for side in (sides.nonmortar, sides.mortar))
-        partner = closest(second[0].x[second[1]], first[0].x[first[1]])
-        states = (d, active), (d[partner], active[partner])
-        for own, other, (heat, passes) in zip(
-            (first, second), (second, first), states, strict=True
-        ):
-            field, vertices, normals = own
-            state = ThermalState(normals, passes, heat, np.zeros(len(vertices)))
-            fit = recover_heat_flux(field.side(vertices), other[0].side(other[1]), state)
-            field.coefficients[vertices, 0] = fit.standard.values
+        sides, means = self._case.interfaces[name], exchange.means
+        first, second = (_Place(fields, side) for side in (sides.nonmortar, sides.mortar))
+        n = len(first.vertices)
+        heat = means.dissipation / np.where(means.weight > 0.0, means.weight, 1.0)
+        moved = abs(means.flux) + abs(means.mortar).multiply(abs(heat)[:, None])
+        passes = moved.sum(axis=1).A1 > 0.0, moved.sum(axis=0).A1[n:] > 0.0
+        opposite = heat[closest(second.x, first.x)]
+        patches = first.field.side(first.surface), second.field.side(second.surface)
+        fits = (
+            recover_heat_flux(*patches, _thermal_state(first, passes[0], heat)),
+            recover_heat_flux(*patches[::-1], _thermal_state(second, passes[1], opposite)),
+        )
+        for place, fit in zip((first, second), fits, strict=True):
+            place.field.join(place.vertices, fit)
 
 
-def _fitted(view: MeshView, x: Floats, samples: Floats) -> _Field:
-    found = patches(x, view.data.cells)
-    return _Field(view, x, samples, found, found.fit(samples))
+class _Place:
+    """One side "body.surface" of an interface: field, vertices, their positions and normals."""
+
+    def __init__(self, fields: Mapping[str, RecoveredField], side: str) -> None:
+        owner, _, self.surface = side.partition(".")
+        self.field = fields[owner]
+        data = self.field.recovery.view.data
+        self.vertices = data.surface(self.surface).vertices
+        self.x = self.field.x[self.vertices]
+        self.normals = vertex_normals(data.groups[self.surface], self.field.x, self.vertices)
 
 
-def _place(fields: dict[str, _Field], side: str) -> tuple[_Field, Ints, Floats]:
-    """Field, vertices and normals of one side "body.surface"."""
-    owner, _, surface = side.partition(".")
-    field = fields[owner]
-    group = field.view.data.groups[surface]
-    vertices = field.view.data.surface(surface).vertices
-    return field, vertices, vertex_normals(group, field.x, vertices)
+def _thermal_state(place: _Place, passes: Bools, heat: Floats) -> ThermalState:
+    return ThermalState(place.normals, passes, heat, np.zeros(len(place.vertices)))
 
 
-def _free_of_traction(field: _Field, vertices: Ints, state: MechanicalState) -> None:
+def _touched(c: Conditions) -> Bools:
+    """Mortar nodes that touch: at least half of what is opposite does."""
+    M = c.operators.M[:, len(c.status) :]
+    share, whole = M.T @ c.active.astype(np.float64), np.asarray(M.sum(axis=0)).ravel()
+    return np.asarray((whole > 0.0) & (share > TOUCHED * whole))
+
+
+def _on_obstacle(vertices: Ints, state: MechanicalState) -> Known:
     """On an obstacle: no traction where open, no tangential one without friction."""
-    from contactfem.constrained_recovery import Conditions as Known
-    from contactfem.constrained_recovery import traction_rows
-
     rows = traction_rows(state.normals)
     known = np.column_stack((~state.active, ~state.active | state.frictionless)).ravel()
-    conditions = Known(
-        np.repeat(vertices, 2)[known], rows.reshape(-1, rows.shape[2])[known], np.zeros(known.sum())
-    )
-    field.coefficients = with_conditions(field.patches, field.coefficients, conditions)
+    flat = rows.reshape(-1, rows.shape[2])[known]
+    return Known(np.repeat(vertices, 2)[known], flat, np.zeros(int(known.sum())))

@@ -158,12 +158,16 @@ class HeatBody:
 
     def cell_flux(self) -> Floats:
         """Heat flux at the cells' midpoints, owned and ghost, (cells, dim) [W/m²]."""
-        return self._flux.values()
+        return self._flux.values()[:, 0]
 
     @cached_property
     def _flux(self) -> CellExpression:
+        return self.flux_at(None)
+
+    def flux_at(self, points: Floats | None) -> CellExpression:
+        """Heat flux at points of the reference cell, (q, dim); its midpoint without [W/m²]."""
         k = fem.Constant(self.mesh.mesh, self.law.conductivity)
-        return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F))
+        return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F), points)
 
 
 class _Forms:

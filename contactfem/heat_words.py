@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from contactfem.case import Case
-    from contactfem.scene import InterfaceHeat
+    from contactfem.interface_laws import InterfaceHeat
 
 MATERIAL = ("density", "conductivity", "heat_capacity", "reference_temperature")
 

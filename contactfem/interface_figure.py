@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from contactfem.scene import Friction
+    from contactfem.interface_laws import Friction
 
 SURROUNDINGS = 0.35  # drawn on either side of the contact, as a share of its width
 FINE = 1200  # points on the curve of a closed form

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contactfem.errors import CaseError
 from contactfem.tables import Table
 
 Floats = NDArray[np.float64]
@@ -177,6 +178,51 @@ class VariableCoulomb:
         by_pressure = mu + (slope * p if self.variable == "pressure" else 0.0)
         by_speed = slope * p if self.variable == "speed" else np.zeros_like(p)
         return Limit(mu * p, by_pressure, by_speed)
+
+
+@dataclass(frozen=True)
+class GivenFriction:
+    """A user's law, b, db/dp and db/dv as a function of (p, v, ϑ).
+
+    Attributes:
+        name: what it is called.
+        function: from pressure (n,) [Pa], slip speed (n,) [m/s] and temperature (n,) [K] to the
+            largest traction [Pa] and its two slopes [-] and [Pa s/m].
+    """
+
+    name: str
+    function: Callable[[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]
+
+    def __str__(self) -> str:
+        return f"by {self.name}"
+
+    def __call__(self, at: SlipState) -> Limit:
+        """Limit of the traction at some nodes."""
+        b, by_pressure, by_speed = self.function(*at)
+        shape = at.pressure.shape
+        return Limit(
+            np.broadcast_to(b, shape),
+            np.broadcast_to(by_pressure, shape),
+            np.broadcast_to(by_speed, shape),
+        )
+
+    def check(self) -> None:
+        """Try it at some pressures, before it is needed inside of a solver.
+
+        Raises:
+            CaseError: It cannot be called, or does not give three arrays of finite numbers.
+        """
+        at = SlipState(np.array([0.0, 1e3, 1e6, 1e9]), np.zeros(4), np.zeros(4))
+        try:
+            limit = self(at)
+            finite = all(bool(np.isfinite(values).all()) for values in limit)
+        except Exception as error:
+            raise CaseError(
+                f"{self.name}: gives no limit with its two slopes for pressures, slip speeds and "
+                f"temperatures: {type(error).__name__}: {error}"
+            ) from None
+        if not finite:
+            raise CaseError(f"{self.name}: gives a value that is not finite")
 
 
 def frictionless(at: SlipState) -> Limit:

@@ -242,13 +242,18 @@ class BodyProblem:
 
     def cell_stress(self) -> Floats:
         """Cauchy stress at the cells' midpoints, owned and ghost: xx, yy, zz, xy, yz, xz [Pa]."""
-        return self._stress.values()
+        return self._stress.values()[:, 0]
 
     @cached_property
     def _stress(self) -> CellExpression:
+        return self.stress_at(None)
+
+    def stress_at(self, points: Floats | None) -> CellExpression:
+        """Cauchy stress at points of the reference cell, (q, dim); its midpoint without [Pa]."""
         stress: Callable[..., ufl.core.expr.Expr] = (
             small_strain_stress if self.law.small_strain else cauchy_stress
         )
         s = stress(self._F(), self._theta, self._element.energy, self._parameters)
         places = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-        return CellExpression(self.mesh.mesh, ufl.as_vector([s[i, j] for i, j in places]))
+        components = ufl.as_vector([s[i, j] for i, j in places])
+        return CellExpression(self.mesh.mesh, components, points)

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
 from contactfem.doubt import doubt
-from contactfem.laws import Trial
+from contactfem.laws import Status, Trial
 from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
 from contactfem.system import System
@@ -75,6 +75,7 @@ class StepInput:
         starts: Contact status of the first iteration, per interface; None for trial states.
         known: Whether that is the status of an equilibrium found before, not a guess.
         alone: Numbers of the interfaces that alone hold a body.
+        cautious: Whether nodes stick for an iteration before they slip the other way round.
     """
 
     t: float
@@ -83,6 +84,7 @@ class StepInput:
     starts: tuple[Trial | None, ...]
     known: bool
     alone: frozenset[int] = frozenset()
+    cautious: bool = False
 
 
 class NewtonSolver:
@@ -219,26 +221,41 @@ class NewtonSolver:
             starts = self._step.starts if first else (None,) * len(positions)
             found = self.equations.evaluate(positions, self._step.histories, starts, out)
             self._kept = self._lost(found)
-            if self._kept:
-                starts = tuple(
-                    Trial(c.status, c.direction) if k in self._kept else starts[k]
-                    for k, c in enumerate(self.conditions)
-                )
+            rather = self._kept | self._reversed(found)
+            if rather:
+                starts = tuple(rather.get(k, starts[k]) for k in range(len(starts)))
                 self.equations.bulk.copy(out)
                 found = self.equations.evaluate(positions, self._step.histories, starts, out)
             self.conditions = found
             self.history.append(found)
 
-    def _lost(self, found: Sequence[Conditions]) -> set[int]:
+    def _lost(self, found: Sequence[Conditions]) -> dict[int, Trial]:
         """Interfaces that alone hold a body and have just lost all contact, by their number.
 
         For one iteration more they keep the contact they had: without it the body would be free.
         """
         return {
-            k
+            k: Trial(before.status, before.direction)
             for k, (before, now) in enumerate(zip(self.conditions, found, strict=False))
             if k in self._step.alone and before.active.any() and not now.active.any()
         }
+
+    def _reversed(self, found: Sequence[Conditions]) -> dict[int, Trial]:
+        """Interfaces with nodes that would slip the other way round than before, by their number.
+
+        With caution these stick for one iteration: where a tangential motion turns round, the node
+        moved back far too much as long as its traction was held, and turning that round as well
+        leads away from the solution. Where much slip turns round it is a detour.
+        """
+        if not self._step.cautious:
+            return {}
+        result = {}
+        for k, (before, now) in enumerate(zip(self.conditions, found, strict=False)):
+            turned = before.direction * now.direction < 0.0
+            if turned.any():
+                status = np.where(turned, Status.STICK, now.status).astype(np.int8)
+                result[k] = Trial(status, np.where(turned, 0.0, now.direction))
+        return result
 
     def reactions(self) -> list[float]:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""

@@ -11,11 +11,12 @@ import platform
 import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
+from contactfem.check import Account
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
 from contactfem.results import InterfaceTable, RunResult, Status, StepReport
@@ -64,6 +65,7 @@ SURFACE_HEAT_COLUMNS = {
     "flux": "heat_flux [W/m^2]",
     "dissipation": "dissipation [W/m^2]",
 }
+UNKNOWN = Account()
 POSITIONS = ("X [m]", "Y [m]", "x [m]", "y [m]")
 
 
@@ -154,6 +156,21 @@ def _plain(value: Any) -> Any:
     return value
 
 
+@dataclass(frozen=True)
+class Failure:
+    """A step that failed.
+
+    Attributes:
+        t: time that it was to reach [s].
+        reason: why it failed.
+        dt: length of the step that was tried next [s].
+    """
+
+    t: float
+    reason: str
+    dt: float
+
+
 def summarise(
     result: RunResult, values: Mapping[str, float], verdicts: Sequence[Verdict], command: str
 ) -> dict[str, Any]:
@@ -172,6 +189,7 @@ def summarise(
     return {
         "title": result.case.title,
         "case": Path(result.case.path).name,
+        "references": result.case.references,
         "command": command,
         "versions": versions(),
         "converged": result.converged,
@@ -193,13 +211,16 @@ def summarise(
 class OutputWriter:
     """Writes the files of one run; made and called on rank 0 only."""
 
-    def __init__(self, directory: Path, case: Case, command: str) -> None:
+    def __init__(
+        self, directory: Path, case: Case, command: str, account: Account = UNKNOWN
+    ) -> None:
         """Make the directory and clear it of what an earlier run would leave to confuse.
 
         Args:
             directory: where the files go; made if it is missing.
             case: the case that is run.
             command: the command that repeats the run.
+            account: what the case says, for the summary.
 
         Raises:
             OSError: if the directory cannot be made or written to.
@@ -207,6 +228,8 @@ class OutputWriter:
         self.directory = Path(directory)
         self.case = case
         self.command = command
+        self.account = account
+        self.failures: list[Failure] = []
         (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
         for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
             for stale in self.directory.glob(pattern):
@@ -241,6 +264,14 @@ class OutputWriter:
         with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
             file.write(",".join(_cell(value) for value in row) + "\n")
 
+    def failure(self, failure: Failure) -> None:
+        """Keep a step that failed, for the summary.
+
+        Args:
+            failure: the step.
+        """
+        self.failures.append(failure)
+
     def interfaces(self, tables: Iterable[InterfaceTable], t: float | None = None) -> None:
         """Write the nodes of the interfaces.
 
@@ -274,7 +305,8 @@ class OutputWriter:
             from contactfem.figures import draw_all
 
             draw_all(result, self.directory / FIGURES)
-        summary = summarise(result, values, verdicts, self.command)
+        summary = summarise(result, values, verdicts, self.command) | asdict(self.account)
+        summary["failures"] = [asdict(failure) for failure in self.failures]
         spent = time.perf_counter() - start
         for phase in ("output", "total"):
             summary["timings"] = {

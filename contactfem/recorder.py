@@ -53,10 +53,11 @@ class Recorder:
             return
         with timers.book("output"):
             if comm.rank == 0:
+                from contactfem.check import account
                 from contactfem.output import OutputWriter
                 from contactfem.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command)
+                self._writer = OutputWriter(out, case, command, account(case))
                 self._voice = Reporter(case, bar=comm.size == 1)
             if case.output.fields:
                 comm.barrier()  # the folder is there
@@ -125,6 +126,10 @@ class Recorder:
 
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""
+        if self._writer is not None:
+            from contactfem.output import Failure
+
+            self._writer.failure(Failure(t, reason, dt))
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 

@@ -51,6 +51,22 @@ class Patches:
         terms = (self.operator @ samples).reshape(n_terms, k, samples.shape[1])
         return np.ascontiguousarray(terms.transpose(1, 0, 2))
 
+    def at(self, rows: Ints) -> "Patches":
+        """Some of them.
+
+        Args:
+            rows: Indices into `vertices`, shape (j,).
+        """
+        k, n_terms = self.compliance.shape[:2]
+        place = (rows + k * np.arange(n_terms)[:, None]).ravel()
+        return Patches(
+            self.vertices[rows],
+            self.centres[rows],
+            self.sizes[rows],
+            self.compliance[rows],
+            self.operator[place],
+        )
+
     def basis(self, rows: Ints, x: Floats) -> Floats:
         """Terms p of some of the polynomials, each at a point of its own.
 

@@ -1,6 +1,7 @@
 """New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
 
 import numpy as np
+from dolfinx import fem
 
 from mpi4py import MPI
 
@@ -15,7 +16,7 @@ from contactfem.laws import Trial
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.size_field import size_field
-from contactfem.state import State
+from contactfem.state import State, initial_state
 from contactfem.surfaces import Floats
 from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
 from contactfem.verdicts import NewSizes
@@ -85,7 +86,7 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
     Displacements, temperatures and slip are interpolated at the nodes. Contact starts from the
     status of the nearest old node and from the new operators at the present positions; forces
     follow with the next equilibrium. A body's heat is kept: its interpolated temperatures are
-    scaled.
+    scaled. At time zero the initial state is taken anew instead.
 
     Args:
         old: The present meshes.
@@ -96,6 +97,8 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
     Returns:
         That state on the new meshes.
     """
+    if state.t == 0.0:  # what is given then has its values on any mesh
+        return initial_state(new, ramp_end)
     state.restore(old)
     comm, system = new.system.comm, new.system
     for name, body in new.bodies.items():
@@ -114,6 +117,7 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
             for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
         ),
         [transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
+        dt=state.dt,
         guess=tuple(
             _nearest(transfer, guess)
             for transfer, guess in zip(transfers, state.starts(), strict=True)
@@ -139,11 +143,13 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
 
 
 def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:
-    """Interpolate displacements, and the mean stress of MINI; new bubbles are zero."""
+    """Interpolate displacements, and the mean stress of MINI; linear in new cells."""
     move = VolumeTransfer(comm, old.mesh, new.mesh, old.name)
-    new.u.x.array[:] = 0.0
     values = VertexValues(comm, old.mesh, old.vertex_space).replicate(old.u.x.array)
-    VertexValues(comm, new.mesh, new.vertex_space).insert(move(values), new.u.x.array)
+    domain = new.mesh.mesh
+    linear = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
+    VertexValues(comm, new.mesh, linear.function_space).insert(move(values), linear.x.array)
+    new.displacement.interpolate(linear)  # unknowns of bubbles are values in the middle of cells
     if old.law.mixed is not None:
         # The unknown is p h/μ with the mean cell size h
         scale = cell_size(new.mesh) / cell_size(old.mesh)

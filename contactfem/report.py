@@ -49,7 +49,8 @@ def read_summary(directory: Path) -> dict[str, Any]:
     return dict(summary)
 
 
-def _number(value: float | None) -> float:
+def number(value: float | None) -> float:
+    """A number of a summary, where None stands for what is not finite."""
     return math.nan if value is None else float(value)
 
 
@@ -65,7 +66,7 @@ def allowed_text(low: float | None, high: float | None, unit: str) -> str:
         For instance "9.07 .. 9.63 MPa" or "<= 0.045".
     """
     if low is None or math.isinf(low):
-        return f"<= {engineering(_number(high), unit)}"
+        return f"<= {engineering(number(high), unit)}"
     if high is None or math.isinf(high):
         return f">= {engineering(low, unit)}"
     scale = scale_for(max(abs(low), abs(high)), unit)
@@ -103,7 +104,7 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     table = new_table("Expected", "number", "found", "allowed", "")
     for verdict in summary["verdicts"]:
         unit = verdict["unit"]
-        found = engineering(_number(verdict["value"]), unit, 7)
+        found = engineering(number(verdict["value"]), unit, 7)
         allowed = allowed_text(verdict["low"], verdict["high"], unit)
         mark = "[green]held[/]" if verdict["passed"] else "[bold red]missed[/]"
         table.add_row(verdict["key"], found, allowed, mark)
@@ -132,7 +133,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
         if step is None:
             table.add_row("...")
             continue
-        residual = _number(step["residuals"][-1] if step["residuals"] else None)
+        residual = number(step["residuals"][-1] if step["residuals"] else None)
         table.add_row(
             str(step["step"]),
             engineering(step["t"], "s", 4),
@@ -143,6 +144,40 @@ def step_table(summary: Mapping[str, Any]) -> Table:
             *(f"{f / unit.factor:.5g}" for name in names for f in step["forces"][name]),
         )
     return table
+
+
+def heat_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Where the heat of a run came from and went to.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name and heat since the start [J/m or J]; empty where heat was not solved for.
+    """
+    heat = [step["heat"] for step in summary["steps"] if step.get("heat")]
+    if not heat:
+        return []
+    held: dict[str, float] = {}
+    for step in heat:
+        for name, value in step["held"].items():
+            held[name] = held.get(name, 0.0) + value
+    rows = [(f"through {name}", value) for name, value in held.items()]
+    for key in ("friction", "loads", "obstacles", "strained", "stored", "defect"):
+        rows.append((key, sum(number(step[key]) for step in heat)))
+    return rows
+
+
+def ringing_steps(summary: Mapping[str, Any]) -> int:
+    """Number of steps in which the time scheme of heat rings.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Their number.
+    """
+    return sum(bool((step.get("heat") or {}).get("rings")) for step in summary["steps"])
 
 
 def heat_table(summary: Mapping[str, Any]) -> Table:
@@ -156,22 +191,38 @@ def heat_table(summary: Mapping[str, Any]) -> Table:
     """
     unit_name = summary.get("force_unit", "N/m").replace("N", "J")
     table = new_table("Heat", "", f"since the start [{unit_name}]")
-    heat = [step["heat"] for step in summary["steps"] if step.get("heat")]
-    if not heat:
-        return table
-    held: dict[str, float] = {}
-    for step in heat:
-        for name, value in step["held"].items():
-            held[name] = held.get(name, 0.0) + value
-    rows = {f"through {name}": value for name, value in held.items()}
-    for key in ("friction", "loads", "obstacles", "strained", "stored", "defect"):
-        rows[key] = sum(step[key] for step in heat)
-    for name, value in rows.items():
+    for name, value in heat_rows(summary):
         table.add_row(name, f"{value:.6g}")
-    rings = sum(bool(step["rings"]) for step in heat)
-    if rings:
+    if rings := ringing_steps(summary):
         table.add_row("[bold red]steps in which the time scheme rings[/]", str(rings))
     return table
+
+
+def cost_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Seconds spent per phase, in the order in which they are told.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name, indented where it is a part of the one above, and seconds [s].
+    """
+    timings = summary["timings"]
+    contact = [key for key in timings if key.startswith("contact.")]
+    names = {phase: phase for phase in FLOOR_PHASES}
+    names |= {"contact": "contact"} | {key: f"  {key.partition('.')[2]}" for key in contact}
+    names |= {"newton": "whole solve phase"}
+    names |= {key: key for key in timings if key.startswith("heat.")}
+    names |= {phase: phase for phase in ("transfer", *OTHER_PHASES, "total")}
+    rows = [(name, timings[key]) for key, name in names.items() if key in timings]
+    floor = sum(key in timings for key in FLOOR_PHASES)
+    return [*rows[:floor], ("= floor", summary["floor"]), *rows[floor:]]
+
+
+def share_of_floor(seconds: float, summary: Mapping[str, Any]) -> str:
+    """Seconds in percent of the floor; nothing where the floor is zero."""
+    floor = summary["floor"]
+    return f"{100.0 * seconds / floor:.0f} %" if floor else ""
 
 
 def cost_table(summary: Mapping[str, Any]) -> Table:
@@ -183,28 +234,9 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per phase.
     """
-    timings, floor = summary["timings"], summary["floor"]
     table = new_table("Cost", "phase", "seconds", "of floor")
-
-    def add(name: str, seconds: float) -> None:
-        share = f"{100.0 * seconds / floor:.0f} %" if floor else ""
-        table.add_row(name, f"{seconds:.3f}", share)
-
-    def add_if_booked(phase: str, name: str) -> None:
-        if phase in timings:
-            add(name, timings[phase])
-
-    for phase in FLOOR_PHASES:
-        add_if_booked(phase, phase)
-    add("= floor", floor)
-    add_if_booked("contact", "contact")
-    for part in [key for key in timings if key.startswith("contact.")]:
-        add(f"  {part.partition('.')[2]}", timings[part])
-    add_if_booked("newton", "whole solve phase")
-    for phase in [key for key in timings if key.startswith("heat.")]:
-        add(phase, timings[phase])
-    for phase in ("transfer", *OTHER_PHASES, "total"):
-        add_if_booked(phase, phase)
+    for name, seconds in cost_rows(summary):
+        table.add_row(name, f"{seconds:.3f}", share_of_floor(seconds, summary))
     return table
 
 
@@ -232,7 +264,7 @@ def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Con
             str(directory),
             str(len(summary["steps"])),
             str(summary["newton_iterations"]),
-            f"{_number(summary['timings'].get('total')):.2f}",
+            f"{number(summary['timings'].get('total')):.2f}",
             f"{held} of {len(verdicts)}",
             mark,
         )

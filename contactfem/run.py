@@ -121,6 +121,7 @@ class _Loop:
         self.stops = _stops(case)
         self.reactions: list[float] = []
         self.alone = self._alone()
+        self.cautious = False
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
@@ -152,13 +153,16 @@ class _Loop:
                         f"t = {self.state.t:g} s, is written"
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
+                self.cautious = not self.cautious  # what did not work once, or does not any more
                 dt, cutbacks, easy = decision.dt, cutbacks + 1, []
             if solved.doubt:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits) if verdict.dt is None else verdict.dt
+            grown = after_success(dt, easy, self.limits)
+            if verdict.dt is not None:  # the error decides, but not at once against a failed solve
+                grown = min(verdict.dt, dt) if cutbacks else verdict.dt
             dt, easy = grown, easy if grown == dt else []
         return ""
 
@@ -243,7 +247,7 @@ class _Loop:
             replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
             for k, history in enumerate(self.state.histories)
         )
-        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone)
+        step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
         if self.heat is not None:
             return self.heat.driver.attempt(
                 step, self.state.t, self.state.theta, self.state.thermal_u

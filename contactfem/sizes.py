@@ -14,6 +14,7 @@ from contactfem.relative_error import RelativeError
 
 DENSITY = {3: 4.0 / np.sqrt(3.0), 4: 1.0}  # cells of size h in an area h², by their vertices
 DIMENSION = 2
+DIGITS = 2.0**20  # parts of a power of two that sizes are rounded to
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,16 @@ def size_field(points: Floats, cells: Ints, wanted: Floats, limits: SizeLimits) 
         field = graded(points, cells, np.sqrt(excess) * 1.001 * field, limits.growth)
         excess = predicted_cells(points, cells, field) / limits.cells
     return field
+
+
+def rounded(sizes: Floats) -> Floats:
+    """Sizes to about six digits: round-off, other on every number of ranks, makes no other mesh.
+
+    Args:
+        sizes: Sizes [m].
+    """
+    mantissa, exponent = np.frexp(sizes)
+    return np.asarray(np.ldexp(np.round(mantissa * DIGITS) / DIGITS, exponent))
 
 
 def graded(points: Floats, cells: Ints, sizes: Floats, growth: float) -> Floats:

@@ -9,6 +9,7 @@ from contactfem.relative_error import RelativeError
 
 TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+SQUARE = 0.5 + 0.5 * np.column_stack((np.repeat(GAUSS, 2), np.tile(GAUSS, 2)))
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,22 @@ class Quadrature:
     x: Floats
 
 
+def sample_points(n_vertices: int) -> Floats:
+    """Where to take a discrete field in the reference cell: in its middle, where it converges best.
+
+    In quadrilaterals also at the points of `quadrature`, where the field differs from that.
+
+    Args:
+        n_vertices: 3 or 4.
+
+    Returns:
+        Points, shape (1, 2) or (5, 2).
+    """
+    if n_vertices == 3:
+        return np.full((1, 2), 1.0 / 3.0)
+    return np.vstack((np.full((1, 2), 0.5), SQUARE))
+
+
 def quadrature(points: Floats, cells: Ints) -> Quadrature:
     """Three points in a triangle, 2 x 2 Gauss points in a quadrilateral.
 
@@ -41,7 +58,7 @@ def quadrature(points: Floats, cells: Ints) -> Quadrature:
         a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
         return Quadrature(TRIANGLE, np.repeat(area[:, None] / 3.0, 3, axis=1), TRIANGLE @ corners)
-    s, t = 0.5 + 0.5 * np.repeat(GAUSS, 2), 0.5 + 0.5 * np.tile(GAUSS, 2)
+    s, t = SQUARE.T
     shapes = np.column_stack(((1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t))
     ds = np.column_stack((t - 1, 1 - t, -t, t)) @ corners
     dt = np.column_stack((s - 1, -s, 1 - s, s)) @ corners

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TextIO
 
 from contactfem.engineering import engineering
@@ -12,6 +14,9 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
     from contactfem.case import Case
+
+
+SILENCE = 20.0  # seconds between two estimates of what is left
 
 
 def step_line(report: StepReport, force_unit: str = "N/m") -> str:
@@ -45,22 +50,78 @@ def _heat(report: StepReport) -> str:
     return f"  {heat.temperature_min:.5g} to {heat.temperature_max:.5g} K{passes}"
 
 
+def duration(seconds: float) -> str:
+    """A time that is only known roughly, in words.
+
+    Args:
+        seconds: the time [s].
+
+    Returns:
+        For instance "40 s", "12 min" or "3.5 h".
+    """
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+class Remaining:
+    """Says every now and then how long a run may still take, at the pace it had so far."""
+
+    def __init__(self, end: float, clock: Callable[[], float] = time.monotonic) -> None:
+        """Start the clock.
+
+        Args:
+            end: time at the end of the run [s].
+            clock: what the clock shows [s].
+        """
+        self._end = end
+        self._clock = clock
+        self._begun = self._said = clock()
+        self._first: float | None = None
+
+    def words(self, report: StepReport) -> str:
+        """What is left after a step; empty if that was said a short while ago, or nothing is left.
+
+        Args:
+            report: the step.
+
+        Returns:
+            For instance "  about 12 min left".
+        """
+        if self._first is None:
+            self._first = report.t - report.dt
+        now = self._clock()
+        left = (self._end - report.t) / (report.t - self._first) * (now - self._begun)
+        if now - self._said < SILENCE or left <= 0.0:
+            return ""
+        self._said = now
+        return f"  about {duration(left)} left"
+
+
 class Reporter:
     """Tells how a run gets on; used as a context, so that the terminal is left in order."""
 
-    def __init__(self, case: Case, stream: TextIO | None = None, bar: bool = True) -> None:
+    def __init__(
+        self,
+        case: Case,
+        stream: TextIO | None = None,
+        bar: bool = True,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         """Prepare; nothing is printed yet.
 
         Args:
             case: the case that is run.
             stream: where to, standard output by default.
             bar: whether to draw a bar on a terminal; mpirun shows one to rank 0 that is none.
+            clock: what the clock shows [s].
         """
         self._bar = bar
         self._end = case.time.end
         self._force_unit = case.force_unit
         self._stream = sys.stdout if stream is None else stream
         self._rang = False
+        self._remaining = Remaining(case.time.end, clock)
         self._progress: Progress | None = None
         self._task: TaskID | None = None
 
@@ -100,7 +161,8 @@ class Reporter:
         Args:
             report: the step.
         """
-        self.say(step_line(report, self._force_unit))
+        left = self._remaining.words(report) if self._progress is None else ""
+        self.say(step_line(report, self._force_unit) + left)
         rings = report.heat.rings if report.heat is not None else ""
         if rings and not self._rang:
             self.say(f"WARNING: {rings}")

@@ -16,17 +16,18 @@ PLAIN = """
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
-    meshes model scene element_choice heat_measure measure
-    contradictions heat_links case_links case_errors case listing
+    meshes model interface_laws scene element_choice heat_measure measure
+    contradictions heat_links case_links case_errors case friction_choice listing
     gaps rigid boxes nearest shapes location constants facets
-    expect facts heat_words check mesh_files
+    expect facts heat_words plausible check mesh_files key_words case_reference
     charts interface_figure pictures heat_figure figures output report terminal
+    markup html_style html_steps html_report
     refinement families trial orders study_table study_figure study
     recovery constrained_recovery interface_recovery relative_error space_error time_error
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer mesh_view boundary_data
+    compat meshing blocks transfer mesh_view boundary_data body_recovery
     surfaces directions crosspoints segments mortar
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt

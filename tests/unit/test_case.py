@@ -64,7 +64,11 @@ BROKEN = {
     'interfaces.joint.friction.coefficient="0.3"': "interfaces.joint.friction.coefficient = 0.3: "
     "must be a plain number",
     'interfaces.joint.friction.law="tresco"': "interfaces.joint.friction.law = tresco: must be "
-    "one of coulomb, tresca; did you mean 'tresca'?",
+    "one of coulomb, tresca or 'file.py:function'; did you mean 'tresca'?",
+    'interfaces.joint.friction.law="laws.py:own"': "interfaces.joint.friction: law = 'laws.py:own' "
+    "takes no coefficient",
+    'interfaces.joint.heat.law="presure"': "interfaces.joint.heat.law = presure: must be one of "
+    "insulated, pressure, constant, gas or 'file.py:function'; did you mean 'pressure'?",
     'interfaces.joint.friction.law="tresca"': "interfaces.joint.friction: law = 'tresca' takes one "
     "of limit",
     'interfaces.joint.friction={coefficient_table=[["0 MPa", 0.5], ["0 m", 0.3]]}': "interfaces."
@@ -210,8 +214,12 @@ def folder(tmp_path):
 
 def test_files_that_are_no_case_files(folder):
     path = folder / "case.toml"
-    assert complaints(path=folder) == ["is a folder, not a case file"]
+    assert complaints(path=folder) == [
+        f"is a folder, not a case file; give one of its files, such as {path}"
+    ]
     assert complaints(path=folder / "no.toml") == ["there is no such file"]
+    near = f"there is no such file; did you mean '{path}'?"
+    assert complaints(path=folder / "cas.toml") == [near]
     assert complaints(path=path / "x") == ["cannot be read: Not a directory"]
     path.write_bytes(b"title = '\xff'")
     assert complaints(path=path) == ["is not UTF-8 text (byte 9)"]

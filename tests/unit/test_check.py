@@ -11,6 +11,8 @@ from contactfem.errors import CaseError
 from contactfem.gaps import obstacle_gap, surface_gap
 from contactfem.listing import listing
 from contactfem.mesh_files import write_msh
+from contactfem.meshes import MeshData
+from contactfem.plausible import pieces
 from contactfem.scene import Circle, Plane
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -92,6 +94,15 @@ def test_bodies_that_nothing_holds_are_found():
     assert held(case, "loose", outlines(case)["loose"]) == "WARNING: free in x, y: nothing holds it"
 
 
+def test_a_load_above_the_stiffness_is_doubted():
+    text = check_case(read_case(TWO, ['conditions.2.pressure="6 MPa"']))
+    assert (
+        "conditions.2.pressure: 6 MPa is 2.03 times Young's modulus of 'rubber'; is the unit right?"
+    ) in text
+    assert text.count("doubtful") == 1
+    assert "doubtful" not in check_case(read_case(TWO, ['conditions.2.pressure="2.9 MPa"']))
+
+
 def test_touching_and_overlapping_obstacles():
     text = check_case(read_case(BLOCK))
     assert "  sole  block.bottom (nonmortar) on plane (mortar): touching" in text.splitlines()
@@ -138,6 +149,22 @@ def test_a_mesh_file_is_looked_into(with_file):
     assert {k: len(v) for k, v in data.groups.items()} == {
         k: len(v) for k, v in built.groups.items()
     }
+
+
+def test_a_mesh_in_pieces_is_doubted(with_file):
+    data = read_case(TWO).bodies["upper"].mesh.build()
+    assert pieces(data) == 1
+    apart = MeshData(
+        np.concatenate((data.points, data.points + 1.0)),
+        np.concatenate((data.cells, data.cells + len(data.points))),
+        data.cell_type,
+        data.groups,
+    )
+    assert pieces(apart) == 2
+    assert " pieces;" not in check_case(read_case(with_file, [FROM_FILE]))
+    write_msh(apart, with_file.parent / "upper.msh")
+    warning = "WARNING: in 2 pieces; 'body' takes one group of cells of a file"
+    assert warning in check_case(read_case(with_file, [FROM_FILE]))
 
 
 def test_groups_that_a_mesh_file_lacks(with_file):

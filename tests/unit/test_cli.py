@@ -143,6 +143,43 @@ def test_report_without_results(capsys):
     )
 
 
+def test_report_of_something_else(tmp_path, capsys):
+    (tmp_path / "runs" / "block").mkdir(parents=True)
+    assert main(["report", "runs/blok"]) == ExitCode.BAD_CASE
+    assert capsys.readouterr().err == (
+        "runs/blok: there is no such folder of a run; did you mean 'runs/block'?\n"
+    )
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "some.toml").write_text("")
+    assert main(["report", "--html", "cases"]) == ExitCode.BAD_CASE
+    assert capsys.readouterr().err == "cases: holds case files; --html takes folders of runs\n"
+    assert main(["check", "some.toml"]) == ExitCode.BAD_CASE
+    line = "some.toml: there is no such file; did you mean 'cases/some.toml'?\n"
+    assert capsys.readouterr().err == line
+    assert main(["check", "cases"]) == ExitCode.BAD_CASE
+    line = "cases: is a folder, not a case file; give one of its files, such as cases/some.toml\n"
+    assert capsys.readouterr().err == line
+
+
+FREE = """
+title = "Pressed on one side"
+time = { end = "1 s", step = "1 s" }
+materials.steel = { youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
+bodies.block.material = "steel"
+bodies.block.mesh = { builder = "block", width = "1 m", height = "1 m", nx = 1, ny = 1 }
+conditions = [{ on = "block.top", pressure = "1 MPa" }]
+"""
+
+
+def test_a_body_that_nothing_holds_is_not_run(tmp_path, capsys):
+    (tmp_path / "case.toml").write_text(FREE)
+    assert main(["run", "case.toml"]) == ExitCode.BAD_CASE
+    assert capsys.readouterr().err == (
+        "case.toml: bodies.block: free in x, y, rotation: nothing holds it; prescribe a "
+        "displacement, or make it touch something in an interface\n"
+    )
+
+
 def test_a_closed_pipe_is_no_error():
     command = f"{sys.executable} -m contactfem check {TWO} | head -n 1"
     found = subprocess.run(command, shell=True, capture_output=True, text=True, cwd=ROOT)
@@ -249,6 +286,12 @@ def test_a_rank_that_fails_alone_stops_the_others(rank, error, said):
     assert found.returncode != 0
     assert said in found.stderr
     assert found.stdout.count("A small block") == 1
+
+
+def test_no_colour_under_mpirun(tmp_path):
+    found = on_two_ranks("-m", "contactfem", "run", str(TWO), "--out", str(tmp_path / "out"))
+    assert "probe.corner" in found.stdout
+    assert "\x1b" not in found.stdout
 
 
 def test_a_bad_case_is_told_once_on_two_ranks():

@@ -3,7 +3,9 @@
 import io
 from types import SimpleNamespace
 
-from contactfem.terminal import Reporter, step_line
+import pytest
+
+from contactfem.terminal import Remaining, Reporter, duration, step_line
 
 
 class Screen(io.StringIO):
@@ -48,3 +50,30 @@ def test_a_bar_on_a_terminal_between_whole_lines(make_run):
     assert "[not markup]" in text
     for number in (1, 2, 3, 4):
         assert f"step    {number}" in text
+
+
+def test_what_is_left_is_said_now_and_then(make_run):
+    seconds = iter([100.0, 110.0, 130.0, 149.0, 190.0])  # at the start and after each step
+    stream = io.StringIO()
+    case = SimpleNamespace(force_unit="N/m", time=SimpleNamespace(end=1.0))
+    with Reporter(case, stream, clock=lambda: next(seconds)) as reporter:
+        for step in make_run().steps:
+            reporter.step(step)
+    lines = stream.getvalue().splitlines()
+    # half of the run took 30 s; 19 s later it is not said again, and at the end nothing is left
+    assert [line.endswith(" left") for line in lines] == [False, True, False, False]
+    assert lines[1].endswith("  about 30 s left")
+
+
+def test_a_run_that_goes_on_counts_from_where_it_goes_on(make_run):
+    seconds = iter([0.0, 60.0])
+    third = make_run().steps[2]  # from 0.5 s to 0.75 s
+    assert Remaining(1.0, lambda: next(seconds)).words(third) == "  about 60 s left"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5300.0, "88 min"), (12600.0, "3.5 h")],
+)
+def test_durations_read_well(seconds, words):
+    assert duration(seconds) == words
