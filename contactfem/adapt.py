@@ -41,7 +41,7 @@ from contactfem.state import State
 from contactfem.surfaces import Floats, Ints
 from contactfem.time_error import time_error
 from contactfem.timers import Timers
-from contactfem.verdicts import Accept, NewMeshes, NewSizes, ShorterStep
+from contactfem.verdicts import Accept, Lasting, NewMeshes, NewSizes, ShorterStep
 
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 ORDER = 1  # of the elements: P1, Q1 and MINI
@@ -57,40 +57,6 @@ class _Progress:
     repeats: int = 0
 
 
-@dataclass(frozen=True)
-class _Lasting:
-    """What accepted steps left behind.
-
-    Attributes:
-        square: ∫ ⟨ż, ż⟩ dt.
-        span: ∫ dt of the steps that count there [s].
-        age: Steps on the present meshes, by problem.
-        life: Steps that the last replaced meshes lasted, by problem.
-    """
-
-    square: float = 0.0
-    span: float = 0.0
-    age: Mapping[str, int] = field(default_factory=dict)
-    life: Mapping[str, int] = field(default_factory=dict)
-
-    @property
-    def mean_square(self) -> float:
-        """Mean of ⟨ż, ż⟩ over the run so far."""
-        return self.square / self.span if self.span > 0.0 else 0.0
-
-    def expected(self, problem: str) -> float:
-        """Steps that a new mesh may last: as many as the last one, or as the present one has."""
-        known = problem in self.life
-        return max(self.life[problem], self.age.get(problem, 0)) if known else np.inf
-
-    def next(self, square: float, span: float, rounds: Mapping[str, int]) -> "_Lasting":
-        """After one more step; `rounds`: new meshes that were made for it, by problem."""
-        new = {problem for problem, count in rounds.items() if count}
-        ends = {p: age for p, age in self.age.items() if p in new and age > 0}
-        age = {p: (0 if p in new else self.age.get(p, 0)) + 1 for p in ("mechanics", "heat")}
-        return _Lasting(self.square + square, self.span + span, age, {**self.life, **ends})
-
-
 class Adaptation:
     """Judges solved steps.
 
@@ -98,13 +64,20 @@ class Adaptation:
         case: The case, with adaptivity.
         discretisation: The present meshes.
         timers: Where time is booked.
+        lasting: As the property; None at the start of a run.
     """
 
-    def __init__(self, case: Case, discretisation: Discretisation, timers: Timers) -> None:
+    def __init__(
+        self,
+        case: Case,
+        discretisation: Discretisation,
+        timers: Timers,
+        lasting: tuple[Lasting, Lasting] | None = None,
+    ) -> None:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
-        self._lasting = self._lasting_before = _Lasting()
+        self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -116,6 +89,11 @@ class Adaptation:
             self._stress = StressEstimator(self.case, discretisation)
         if discretisation.heat is not None and settings.for_heat() is not None:
             self._flux = FluxEstimator(self.case, discretisation)
+
+    @property
+    def lasting(self) -> tuple[Lasting, Lasting]:
+        """What accepted steps left behind, now and before the last one."""
+        return self._lasting, self._lasting_before
 
     @property
     def repeats(self) -> bool:

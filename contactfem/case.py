@@ -130,11 +130,17 @@ class Adaptivity(Model):
 
 
 class Output(Model):
-    """What is written besides the history; `times`: when interfaces are written before the end."""
+    """What is written besides the history; `times`: when interfaces are written before the end.
+
+    A run writes its state, to be resumed from, every `checkpoint_every` steps if that is given, and
+    every `checkpoint_interval` of wall-clock time.
+    """
 
     fields: Flag = True
     figures: Flag = True
     times: tuple[PositiveTime, ...] = ()
+    checkpoint_every: Annotated[Count, Field(ge=1)] | None = None
+    checkpoint_interval: PositiveTime = 600.0
 
     @field_validator("times")
     @classmethod
@@ -217,6 +223,7 @@ class Case(Model):
     """A whole case; names that refer to something are known to exist.
 
     `heat`: heat is solved for where this table stands; with `mechanics = false` it alone.
+    `path` and `contents` are those of the file, with a variant and changed values put in.
     """
 
     title: str
@@ -240,6 +247,7 @@ class Case(Model):
     study: Study | None = None
     variants: dict[Name, dict[str, Any]] = {}
     path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
+    contents: SkipJsonSchema[dict[str, Any]] = Field(default={}, exclude=True, repr=False)
 
     @field_validator("heat", "adaptivity", mode="before")
     @classmethod
@@ -297,13 +305,31 @@ def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | No
             raw = override(raw, text)
     except CaseError as error:
         raise CaseError(f"{path}: {error}") from None
-    if "path" in raw:
-        raise CaseError(f"{path}: path: unknown key")
+    return case_of(raw, path)
+
+
+def case_of(raw: dict[str, Any], path: Path) -> Case:
+    """Case of the contents of a file.
+
+    Args:
+        raw: its contents as TOML gives them, with variants and changed values put in.
+        path: the file, which others are named relative to.
+
+    Returns:
+        The case in SI.
+
+    Raises:
+        CaseError: what is wrong, one line for each mistake.
+    """
+    for key in ("path", "contents"):
+        if key in raw:
+            raise CaseError(f"{path}: {key}: unknown key")
+    contents = {key: value for key, value in raw.items() if key != "variants"}
     axes = 3 if raw.get("dimension") == "3d" else 2
     units = {"N/m": force_unit(raw.get("dimension", "plane strain"))}
     context = {"strict_units": True, "folder": path.parent, "axes": axes, "units": units}
     try:
-        return Case.model_validate({**raw, "path": path}, context=context)
+        return Case.model_validate({**raw, "path": path, "contents": contents}, context=context)
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {s}" for s in error_lines(error, Case, raw))) from None
     except MeshError as error:

@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, study, report, schema."""
+"""The command line: check, mesh, run, resume, study, report, schema."""
 
 import argparse
 import glob
@@ -13,7 +13,10 @@ from contactfem.cli_study import add_study_options, study_command
 from contactfem.errors import CaseError, ContactfemError, ExitCode
 
 INTERRUPTED = 130  # as shells have it
-EXIT_CODES = "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up"
+EXIT_CODES = (
+    "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up, "
+    "4 stopped by a signal and can be resumed"
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,6 +54,7 @@ def parser() -> argparse.ArgumentParser:
     check = _verb(verbs, "check", _check, "read a case file, say what it models; runs nothing")
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
+    resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
@@ -60,14 +64,9 @@ def parser() -> argparse.ArgumentParser:
     for verb in (check, mesh, run, study):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
-        verb.add_argument(
-            "--set",
-            dest="overrides",
-            action="append",
-            default=[],
-            metavar="KEY=VALUE",
-            help="change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'",
-        )
+        _add_set(verb, "change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'")
+    resume.add_argument("folder", type=Path, metavar="DIR", help="folder of the run")
+    _add_set(resume, "change how it is solved or written, such as time.step_min='1 us'")
     mesh.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
     run.add_argument(
         "--out",
@@ -91,6 +90,13 @@ def parser() -> argparse.ArgumentParser:
         "or a folder of case files, which are all run and judged in one table",
     )
     return top
+
+
+def _add_set(verb: argparse.ArgumentParser, text: str) -> None:
+    """An option that changes values of the case."""
+    verb.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE", help=text
+    )
 
 
 def _verb(
@@ -137,6 +143,12 @@ def _run(options: argparse.Namespace) -> int:
     from contactfem.cli_run import run_command
 
     return run_command(options.case, options.overrides, options.variant, options.out)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    from contactfem.cli_run import resume_command
+
+    return resume_command(options.folder, options.overrides)
 
 
 def _report(options: argparse.Namespace) -> int:

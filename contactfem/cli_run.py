@@ -1,18 +1,23 @@
-"""`contactfem run`: one voice and one exit code, however many ranks there are."""
+"""`contactfem run` and `resume`: one voice and one exit code, however many ranks there are."""
 
 import shlex
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from contactfem.case import Case, read_case
 from contactfem.check import check_bodies, describe
+from contactfem.checkpoint import Checkpoint
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.expect import check_names
+from contactfem.resume import Resumption, prepare
+from contactfem.stop import StopSignals
 from contactfem.timers import seconds_since_start
 
 PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
@@ -30,10 +35,28 @@ def run_command(path: Path, overrides: Sequence[str], variant: str | None, out: 
     Returns:
         The largest exit code, the same on all ranks.
     """
+    return _guarded(lambda comm: _run_all(comm, path, overrides, variant, out))
+
+
+def resume_command(folder: Path, overrides: Sequence[str]) -> int:
+    """Go on with a run that was stopped, killed or given up.
+
+    Args:
+        folder: its folder.
+        overrides: "a.b.c=value" each, of how it is solved and written.
+
+    Returns:
+        Exit code, the same on all ranks.
+    """
+    return _guarded(lambda comm: _resume(comm, folder, overrides))
+
+
+def _guarded(command: Callable[[MPI.Comm], int]) -> int:
+    """Exit code of a command, or of the error that it ends with, which is said once."""
     comm = MPI.COMM_WORLD
     failures = comm.Dup()  # its traffic cannot be mistaken for that of the computation
     try:
-        return _run_all(comm, path, overrides, variant, out)
+        return command(comm)
     except ContactfemError as error:
         if comm.rank == 0:
             print(error, file=sys.stderr, flush=True)
@@ -86,28 +109,72 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
     Raises:
         CaseError: on all ranks alike.
     """
-    found: Case | ContactfemError | None = None
+
+    def found() -> Case:
+        case = read_case(path, overrides, variant)
+        check_names(case)
+        check_bodies(case)
+        return case
+
+    return _on_first(comm, found)
+
+
+def _on_first[T](comm: MPI.Comm, work: Callable[[], T]) -> T:
+    """What work gives on rank 0, on all ranks; collective.
+
+    Raises:
+        ContactfemError: that of rank 0, on all ranks alike.
+    """
+    answer: T | ContactfemError | None = None
     if comm.rank == 0:
         try:
-            found = read_case(path, overrides, variant)
-            check_names(found)
-            check_bodies(found)
+            answer = work()
         except ContactfemError as error:
-            found = error
-    answer: Case | ContactfemError = comm.bcast(found)
+            answer = error
+    answer = comm.bcast(answer)
     if isinstance(answer, ContactfemError):
         raise answer
-    return answer
+    return answer  # type: ignore[return-value]
 
 
-def _run_one(comm: MPI.Comm, case: Case, out: Path, first: bool = True) -> int:
+def _resume(comm: MPI.Comm, folder: Path, overrides: Sequence[str]) -> int:
+    """Go on with a run; its state stays on rank 0."""
+    state: dict[str, Any] = {}
+
+    def found() -> Resumption:
+        resumption = prepare(folder, overrides)
+        if resumption.checkpoint is not None:
+            state.update(resumption.checkpoint.state)
+            return replace(resumption, checkpoint=replace(resumption.checkpoint, state={}))
+        return resumption
+
+    resumption = _on_first(comm, found)
+    if comm.rank == 0:
+        print(resumption.says, flush=True)
+    if resumption.case is None or resumption.checkpoint is None:
+        return ExitCode.DONE
+    checkpoint = replace(resumption.checkpoint, state=state)
+    return _run_one(comm, resumption.case, folder, checkpoint=checkpoint)
+
+
+def _run_one(
+    comm: MPI.Comm,
+    case: Case,
+    out: Path,
+    first: bool = True,
+    checkpoint: Checkpoint | None = None,
+) -> int:
     """Run one case and say how it went; the first one also pays for the imports."""
     from contactfem.run import Invocation, run_case
 
     if comm.rank == 0:
         print(describe(case), flush=True)
     imports = seconds_since_start() if first else 0.0
-    result = run_case(case, comm, out, Invocation(_command(comm), imports))
+    command = _command(comm)
+    if checkpoint is not None:
+        command = f"{checkpoint.origin.command}; {command}"
+    with StopSignals(tell=comm.rank == 0) as asked:
+        result = run_case(case, comm, out, Invocation(command, imports, asked), checkpoint)
     passed = True
     if comm.rank == 0:
         passed = _closing(out, plain=comm.size > 1)

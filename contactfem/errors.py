@@ -10,6 +10,7 @@ class ExitCode(IntEnum):
     MISSED = 1  # an expectation
     BAD_CASE = 2
     GAVE_UP = 3
+    INTERRUPTED = 4  # by a signal; the state is written
     BUG = 70
 
 
@@ -35,3 +36,17 @@ class MeshError(CaseError):
 
 class SolverError(ContactfemError):
     """The solver gave up; the last good state was kept."""
+
+
+class WriteError(ContactfemError):
+    """Results cannot be written."""
+
+
+class Interrupted(ContactfemError):
+    """A signal ended the run after a whole step, and its state is written."""
+
+    exit_code = ExitCode.INTERRUPTED
+
+
+class CheckpointError(CaseError):
+    """A run that cannot be resumed as it stands."""

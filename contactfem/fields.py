@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,9 @@ import dolfinx
 import numpy as np
 from dolfinx import fem
 
-from contactfem.errors import CaseError
+from mpi4py import MPI
+
+from contactfem.errors import CaseError, WriteError
 from contactfem.results import FloatArray
 
 if TYPE_CHECKING:
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
 
     from contactfem.heat import HeatBody
 
+SPARE = 1 << 20  # bytes that have to stay free for what ADIOS2 writes at the end
 STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
 
 
@@ -46,6 +50,38 @@ def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function
     return total
 
 
+def remove_later(directory: Path, names: Iterable[str], segment: int) -> None:
+    """Remove files of later parts of a run, which are written again or do not count.
+
+    Args:
+        directory: where they are.
+        names: file names without suffix and number.
+        segment: number of the first one to remove, at least 2.
+    """
+    stems = set(names)
+    for name in stems:
+        for path in directory.glob(f"{name}_*.bp"):
+            number = path.stem.removeprefix(f"{name}_")
+            if number.isdecimal() and int(number) >= segment and path.stem not in stems:
+                shutil.rmtree(path)
+
+
+def check_room(comm: MPI.Comm, directory: Path, size: int) -> None:
+    """Refuse to write where there is no room: ADIOS2 would end the process; collective.
+
+    Args:
+        comm: all ranks; the first one looks.
+        directory: where it will be written.
+        size: bytes that each rank is about to write.
+
+    Raises:
+        WriteError: there is not enough room, on all ranks alike.
+    """
+    free = comm.bcast(shutil.disk_usage(directory).free if comm.rank == 0 else 0)
+    if free < 2 * comm.size * size + SPARE:  # twice: the mesh comes with the first time
+        raise WriteError(f"{directory}: cannot be written: no space left for fields")
+
+
 @dataclass(frozen=True)
 class _BodyFile:
     displacement: fem.Function
@@ -64,14 +100,14 @@ class FieldWriter:
         Args:
             directory: where they go; it exists.
             displacements: displacement of each body, by its name [m].
-            suffix: of the file names, for the meshes after the first ones.
+            suffix: of the file names, for parts of a run after the first one.
 
         Raises:
             CaseError: if this dolfinx was built without ADIOS2, which writes them.
         """
         if not dolfinx.has_adios2:
             raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
-        self._sources = dict(displacements)
+        self._directory, self._sources = directory, dict(displacements)
         self._files = {
             name: self._open(directory / f"{name}{suffix}.bp", u)
             for name, u in self._sources.items()
@@ -95,7 +131,14 @@ class FieldWriter:
             t: the time [s].
             cell_stresses: Cauchy stress of each body's cells on this rank, owned ones first,
                 xx, yy, zz, xy, yz, xz (m, 6) [Pa].
+
+        Raises:
+            WriteError: there is no room.
         """
+        files = list(self._files.values())
+        size = sum(f.displacement.x.array.nbytes + f.stress.x.array.nbytes for f in files)
+        for file in files[:1]:
+            check_room(file.stress.function_space.mesh.comm, self._directory, size)
         for name, file in self._files.items():
             file.displacement.interpolate(self._sources[name])
             average = nodal_average(file.stress.function_space, cell_stresses[name])
@@ -124,8 +167,9 @@ class HeatFieldWriter:
         Args:
             directory: where they go; it exists.
             bodies: the heat problems.
-            suffix: of the file names, for the meshes after the first ones.
+            suffix: of the file names, for parts of a run after the first one.
         """
+        self._directory = directory
         self._files = [
             self._open(directory / f"{body.name}_heat{suffix}.bp", body) for body in bodies
         ]
@@ -144,7 +188,13 @@ class HeatFieldWriter:
 
         Args:
             t: the time [s].
+
+        Raises:
+            WriteError: there is no room.
         """
+        size = sum(f.body.u.x.array.nbytes + 2 * f.flux.x.array.nbytes for f in self._files)
+        for file in self._files[:1]:
+            check_room(file.body.mesh.mesh.comm, self._directory, size)
         for file in self._files:
             average = nodal_average(file.flux.function_space, file.body.cell_flux())
             file.flux.x.array[:] = average.x.array

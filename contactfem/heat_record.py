@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.results import HeatStep
-from contactfem.ringing import STEPS, Increment, ringing
+from contactfem.ringing import STEPS, Increment, Increments, ringing
 from contactfem.staggered import HeatOutcome
 from contactfem.surfaces import Floats
 from contactfem.thermal import Thermal
@@ -23,16 +23,19 @@ class HeatRecord:
 
     def __init__(self, thermal: Thermal) -> None:
         self._thermal = thermal
-        self._last: list[Floats] | None = None
-        self._increments: list[Increment] = []
-        self._largest = 0.0
 
-    def step(self, outcome: HeatOutcome, before: Sequence[Floats]) -> HeatStep:
+    def step(
+        self, outcome: HeatOutcome, before: Sequence[Floats], increments: Increments
+    ) -> tuple[HeatStep, Increments]:
         """Report of an accepted step; collective.
 
         Args:
             outcome: Its heat side.
             before: Temperatures at its start, flat local arrays of the bodies [K].
+            increments: Of the steps before it.
+
+        Returns:
+            The report, and the increments with those of this step.
         """
         theta, balance = outcome.solution.theta, outcome.solution.balance
         low, high = self._range(theta)
@@ -43,7 +46,9 @@ class HeatRecord:
         held: dict[str, float] = {}
         for name, heat in zip(self._thermal.held, balance.held, strict=True):
             held[name] = held.get(name, 0.0) + heat
-        return HeatStep(
+        increments = self._grown(increments, [before, *outcome.solution.stages])
+        found = ringing(self._thermal.system.scheme, increments.recent, increments.largest)
+        report = HeatStep(
             passes=outcome.passes,
             change=outcome.change,
             temperature_min=low,
@@ -57,8 +62,9 @@ class HeatRecord:
             defect=balance.defect,
             flow=flow,
             friction_defect=max((abs(e.defect) for e in outcome.exchanges), default=0.0),
-            rings=self._rings([before, *outcome.solution.stages]),
+            rings="" if found is None else str(found),
         )
+        return report, increments
 
     def _range(self, theta: Sequence[Floats]) -> tuple[float, float]:
         """Smallest and largest temperature [K]; collective."""
@@ -75,17 +81,16 @@ class HeatRecord:
         power = outcome.exchanges[k].conduction @ at
         return float(power[: interface.nodes.mesh.n_nonmortar].sum())
 
-    def _rings(self, stages: Sequence[Sequence[Floats]]) -> str:
-        """Whether the temperature rings, from the increments of the last steps; collective."""
+    def _grown(self, increments: Increments, stages: Sequence[Sequence[Floats]]) -> Increments:
+        """Increments with those from stage to stage of one more step; collective."""
         scheme = self._thermal.system.scheme
         if scheme.l_stable:
-            return ""
+            return increments
+        last, recent, largest = increments.last, list(increments.recent), increments.largest
         for before, now in pairwise(stages):
-            change = [b - a for a, b in zip(before, now, strict=True)]
+            change = tuple(b - a for a, b in zip(before, now, strict=True))
             norm = float(np.sqrt(max(self._thermal.product(change, change), 0.0)))
-            inner = 0.0 if self._last is None else self._thermal.product(change, self._last)
-            self._increments.append(Increment(norm, inner))
-            self._last, self._largest = change, max(self._largest, norm)
-        self._increments = self._increments[-(STEPS + 1) * len(scheme.nodes) :]
-        found = ringing(scheme, self._increments, self._largest)
-        return "" if found is None else str(found)
+            inner = self._thermal.product(change, last) if last else 0.0
+            recent.append(Increment(norm, inner))
+            last, largest = change, max(largest, norm)
+        return Increments(last, tuple(recent[-(STEPS + 1) * len(scheme.nodes) :]), largest)

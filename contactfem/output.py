@@ -10,16 +10,18 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
 from contactfem.check import Account
+from contactfem.checkpoint import NAME, PREVIOUS
+from contactfem.errors import CaseError
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
-from contactfem.results import InterfaceTable, RunResult, Status, StepReport
+from contactfem.results import Failure, InterfaceTable, RunResult, Status, StepReport
 
 if TYPE_CHECKING:
     from contactfem.case import Case
@@ -80,8 +82,12 @@ def write_whole(path: Path, text: str) -> None:
         OSError: if it cannot be written.
     """
     draft = path.with_name(f".{path.name}.part")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)
+    try:
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, path)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def _cell(value: object) -> str:
@@ -156,21 +162,6 @@ def _plain(value: Any) -> Any:
     return value
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A step that failed.
-
-    Attributes:
-        t: time that it was to reach [s].
-        reason: why it failed.
-        dt: length of the step that was tried next [s].
-    """
-
-    t: float
-    reason: str
-    dt: float
-
-
 def summarise(
     result: RunResult, values: Mapping[str, float], verdicts: Sequence[Verdict], command: str
 ) -> dict[str, Any]:
@@ -212,7 +203,12 @@ class OutputWriter:
     """Writes the files of one run; made and called on rank 0 only."""
 
     def __init__(
-        self, directory: Path, case: Case, command: str, account: Account = UNKNOWN
+        self,
+        directory: Path,
+        case: Case,
+        command: str,
+        account: Account = UNKNOWN,
+        steps: Sequence[StepReport] | None = None,
     ) -> None:
         """Make the directory and clear it of what an earlier run would leave to confuse.
 
@@ -221,37 +217,49 @@ class OutputWriter:
             case: the case that is run.
             command: the command that repeats the run.
             account: what the case says, for the summary.
+            steps: those that a resumed run has behind it, after which its history goes on; None for
+                a new run.
 
         Raises:
-            OSError: if the directory cannot be made or written to.
+            CaseError: if the directory cannot be made or written to.
         """
         self.directory = Path(directory)
         self.case = case
         self.command = command
         self.account = account
         self.failures: list[Failure] = []
-        (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
-        for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
-            for stale in self.directory.glob(pattern):
+        try:
+            (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
+            for stale in self._stale(resumed=steps is not None):
                 stale.unlink()
-        force, energy = case.force_unit, case.force_unit.replace("N", "J")
+            rows = map(self._row, steps or ())
+            write_whole(self.directory / HISTORY, _csv(self._header(), rows))
+        except OSError as error:
+            raise CaseError(f"{directory}: cannot be written to: {error.strerror}") from None
+
+    def _stale(self, resumed: bool) -> Iterator[Path]:
+        """Files of an earlier run that this one will not write again, or not before its end."""
+        for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
+            for path in self.directory.glob(pattern):
+                if not (resumed and "_t=" in path.name):
+                    yield path
+        for name in () if resumed else (NAME, PREVIOUS):
+            yield from self.directory.glob(name)
+
+    def _header(self) -> list[str]:
+        force, energy = self.case.force_unit, self.case.force_unit.replace("N", "J")
         columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
         header = [*columns.values(), "residual"]
-        for name in case.interfaces:
+        for name in self.case.interfaces:
             header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
             header.append(f"{name}.moment_defect")
-        if case.heat is not None:
+        if self.case.heat is not None:
             header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
             power = force.replace("N", "W")
-            header += [f"{name}.heat_flow [{power}]" for name in case.interfaces]
-        write_whole(self.directory / HISTORY, _csv(header, ()))
+            header += [f"{name}.heat_flow [{power}]" for name in self.case.interfaces]
+        return header
 
-    def step(self, report: StepReport) -> None:
-        """Add the row of an accepted step to the history, at once, so that it can be followed.
-
-        Args:
-            report: the step.
-        """
+    def _row(self, report: StepReport) -> list[object]:
         row = [getattr(report, name) for name in STEP_COLUMNS]
         row.append(report.residuals[-1] if report.residuals else math.nan)
         for name in self.case.interfaces:
@@ -261,8 +269,16 @@ class OutputWriter:
             heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
             row += [heat[name] for name in HEAT_COLUMNS]
             row += [report.heat.flow[name] for name in self.case.interfaces]
+        return row
+
+    def step(self, report: StepReport) -> None:
+        """Add the row of an accepted step to the history, at once, so that it can be followed.
+
+        Args:
+            report: the step.
+        """
         with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
-            file.write(",".join(_cell(value) for value in row) + "\n")
+            file.write(",".join(map(_cell, self._row(report))) + "\n")
 
     def failure(self, failure: Failure) -> None:
         """Keep a step that failed, for the summary.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -9,9 +11,11 @@ from typing import TYPE_CHECKING, Self
 from mpi4py import MPI
 
 from contactfem.case import Case
+from contactfem.checkpoint import Progress
 from contactfem.discretise import Discretisation
+from contactfem.errors import WriteError
 from contactfem.gathering import interface_tables
-from contactfem.results import RunResult, StepReport
+from contactfem.results import Failure, RunResult, StepReport
 from contactfem.state import State
 from contactfem.timers import Timers
 
@@ -24,6 +28,10 @@ if TYPE_CHECKING:
 class Recorder:
     """Writes the results of a run into its folder, as far as the case asks for them.
 
+    Attributes:
+        failures: Steps that failed so far.
+        segment: Number of the field files: new meshes, and a run that is resumed, begin others.
+
     Args:
         case: The case.
         comm: All ranks.
@@ -31,6 +39,7 @@ class Recorder:
         discretisation: Bodies and interfaces.
         timers: Where time is booked.
         command: The command that repeats the run.
+        resumed: How far the run had come, if it is not a new one.
     """
 
     def __init__(
@@ -41,10 +50,15 @@ class Recorder:
         discretisation: Discretisation,
         timers: Timers,
         command: str,
+        resumed: Progress | None,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
-        self._times = list(case.output.times)
-        self._out, self._segment = out, 1
+        steps = None if resumed is None else resumed.recorded
+        last = steps[-1].t if steps else 0.0
+        self._times = [t for t in case.output.times if not _reached(t, last)]
+        self._out = out
+        self.segment = 1 if resumed is None else resumed.segment + 1
+        self.failures = [] if resumed is None else list(resumed.failures)
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -57,17 +71,28 @@ class Recorder:
                 from contactfem.output import OutputWriter
                 from contactfem.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command, account(case))
+                self._writer = OutputWriter(out, case, command, account(case), steps)
                 self._voice = Reporter(case, bar=comm.size == 1)
+                for failure in self.failures:
+                    self._writer.failure(failure)
+                self._clear_fields(out)
             if case.output.fields:
                 comm.barrier()  # the folder is there
                 self._open_fields(out)
+
+    def _clear_fields(self, out: Path) -> None:
+        """Remove the field files of an earlier run, or of what a resumed one does again."""
+        if self._case.output.fields:
+            from contactfem.fields import remove_later
+
+            names = [*self._case.bodies, *(f"{name}_heat" for name in self._case.bodies)]
+            remove_later(out, names, max(self.segment, 2))
 
     def _open_fields(self, out: Path) -> None:
         """Open the field files of the present meshes; collective."""
         from contactfem.fields import FieldWriter, HeatFieldWriter
 
-        suffix = f"_{self._segment}" if self._segment > 1 else ""
+        suffix = f"_{self.segment}" if self.segment > 1 else ""
         discretisation = self._discretisation
         displacements = {name: body.displacement for name, body in discretisation.bodies.items()}
         self._fields = FieldWriter(out, displacements, suffix)
@@ -94,13 +119,17 @@ class Recorder:
                 files.close()
 
     def step(self, report: StepReport, state: State) -> None:
-        """Record an accepted step; collective."""
-        with self._timers.book("output"):
+        """Record an accepted step; collective.
+
+        Raises:
+            WriteError: That cannot be done, on the first rank.
+        """
+        with self._timers.book("output"), self._writing():
             if self._writer is not None:
                 self._writer.step(report)
             if self._voice is not None:
                 self._voice.step(report)
-            if self._times and report.t >= self._times[0] * (1.0 - 1e-12):
+            if self._times and _reached(self._times[0], report.t):
                 self._times.pop(0)
                 tables = interface_tables(self._discretisation, state)
                 if self._writer is not None:
@@ -119,26 +148,44 @@ class Recorder:
         for files in (self._fields, self._heat_fields):
             if files is not None:
                 files.close()
-        self._segment += 1
+        self.segment += 1
         if self._fields is not None and self._out is not None:
             with self._timers.book("output"):
                 self._open_fields(self._out)
 
     def failure(self, t: float, reason: str, dt: float) -> None:
         """Say that the step to a time t [s] failed, why, and with which step dt [s] it goes on."""
+        self.failures.append(Failure(t, reason, dt))
         if self._writer is not None:
-            from contactfem.output import Failure
-
-            self._writer.failure(Failure(t, reason, dt))
+            self._writer.failure(self.failures[-1])
         if self._voice is not None:
             self._voice.say(f"step to t = {t:g} s failed: {reason}; again with {dt:g} s")
 
     def warning(self, text: str) -> None:
-        """Say what is doubtful about a step that is accepted."""
+        """Say what is doubtful though the run goes on."""
         if self._voice is not None:
             self._voice.say(f"WARNING: {text}")
 
     def finish(self, result: RunResult) -> None:
-        """Write the end of the run, on the first rank."""
+        """Write the end of the run, on the first rank.
+
+        Raises:
+            WriteError: That cannot be done.
+        """
         if self._writer is not None:
-            self._writer.finish(result)
+            with self._writing():
+                self._writer.finish(result)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Say in one line that there is no room or no permission left."""
+        try:
+            yield
+        except OSError as error:
+            place = error.filename or self._out
+            raise WriteError(f"{place}: cannot be written: {error.strerror}") from None
+
+
+def _reached(time: float, t: float) -> bool:
+    """Whether a time is reached at t, but for round-off."""
+    return t >= time * (1.0 - 1e-12)

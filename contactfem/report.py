@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from contactfem.checkpoint import NAME
 from contactfem.engineering import engineering, scale_for
 from contactfem.errors import CaseError, ExitCode
 from contactfem.measure import FLOOR_PHASES
@@ -38,7 +39,9 @@ def read_summary(directory: Path) -> dict[str, Any]:
     if not path.parent.is_dir():
         raise CaseError(f"{directory}: no such directory; a run makes it: contactfem run CASE")
     if not path.is_file():
-        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none")
+        hint = f"; 'contactfem resume {path.parent}' goes on with it"
+        hint = hint if (path.parent / NAME).is_file() else ""
+        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none{hint}")
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
         wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]

@@ -141,6 +141,21 @@ class StepReport:
     errors: ErrorStep | None = None
 
 
+@dataclass(frozen=True)
+class Failure:
+    """A step that failed.
+
+    Attributes:
+        t: time that it was to reach [s].
+        reason: why it failed.
+        dt: length of the step that was tried next [s].
+    """
+
+    t: float
+    reason: str
+    dt: float
+
+
 class SurfaceHeat(NamedTuple):
     """Heat at the nonmortar nodes of an interface; not a number where nothing is opposite.
 

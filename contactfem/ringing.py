@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from contactfem.time_schemes import TimeScheme
 
 STEPS = 2  # that have to alternate before it counts as ringing
@@ -22,6 +25,21 @@ class Increment:
 
     norm: float
     inner: float
+
+
+@dataclass(frozen=True)
+class Increments:
+    """What is kept of the increments from step to step.
+
+    Attributes:
+        last: Δ_n itself, an array per body [K]; empty before the first.
+        recent: those of the last steps, oldest first.
+        largest: norm of the largest one since the start.
+    """
+
+    last: tuple[npt.NDArray[np.float64], ...] = ()
+    recent: tuple[Increment, ...] = ()
+    largest: float = 0.0
 
 
 @dataclass(frozen=True)

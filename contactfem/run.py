@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,49 +15,61 @@ from mpi4py import MPI
 
 from contactfem.balance import defects
 from contactfem.case import Case
+from contactfem.checkpoint import Checkpoint, Origin, Progress
 from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
-from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
+from contactfem.first_contact import first_contact
+from contactfem.jit_cache import compiling
+from contactfem.keeper import Keeper, Moment, Writing
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.outcome import outcome
 from contactfem.recorder import Recorder
 from contactfem.results import ErrorStep, RunResult, StepReport
-from contactfem.scene import Condition
+from contactfem.snapshot import meshes, restored
 from contactfem.state import State, initial_state
-from contactfem.surfaces import Bools, Floats
-from contactfem.tables import Table
+from contactfem.stops import stops
 from contactfem.timers import Timers
-from contactfem.verdicts import Accept, NewMeshes, ShorterStep, Verdict
+from contactfem.verdicts import Accept, Lasting, NewMeshes, ShorterStep, Verdict
 
 if TYPE_CHECKING:
     from contactfem.adapt import Adaptation
     from contactfem.staggered import HeatOutcome
     from contactfem.thermal import Thermal
 
-TOUCH = 1e-9  # gap over facet length at which surfaces touch
-FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
-
 
 @dataclass(frozen=True)
 class Invocation:
-    """How a run was started: the command that repeats it, and what imports took before it [s]."""
+    """How a run was started.
+
+    Attributes:
+        command: The command that repeats it.
+        import_seconds: What imports took before it [s].
+        asked: Whether this process is asked to stop.
+    """
 
     command: str
     import_seconds: float
+    asked: Callable[[], bool] = bool
 
 
 def run_case(
-    case: Case, comm: MPI.Comm, out: Path | None, invocation: Invocation | None = None
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation | None = None,
+    resumed: Checkpoint | None = None,
 ) -> RunResult:
-    """Solve a case from time zero to its end; collective.
+    """Solve a case from time zero, or from a checkpoint, to its end; collective.
 
     Args:
         case: The case.
         comm: All ranks.
         out: Folder for the results, None to write nothing.
         invocation: How it was started, from the command line.
+        resumed: Where to go on from; its state only counts on the first rank.
 
     Returns:
         The results; pictures and probes on the first rank only. If the solver gave up they are
@@ -65,20 +77,33 @@ def run_case(
 
     Raises:
         CaseError: The case does not fit its meshes.
+        Interrupted: The run was asked to stop, and its state is written.
+        WriteError: Results cannot be written.
     """
     invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
-    start = time.perf_counter() - invocation.import_seconds
+    before = dict(resumed.seconds) if resumed is not None else {}
+    start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
     timers = Timers()
-    timers.add("import", invocation.import_seconds)
-    discretisation = discretise(case, comm, timers)
-    solver = _solver(case, discretisation, timers) if case.mechanics else None
-    with Recorder(case, comm, out, discretisation, timers, invocation.command) as recorder:
-        loop = _Loop(case, discretisation, solver, recorder, timers)
-        message = loop.run()
-        loop.flush()
-        timers.add("total", time.perf_counter() - start)
-        result = _result(case, loop.discretisation, loop, timers, message)
-        recorder.finish(result)
+    for phase, seconds in (*before.items(), ("import", invocation.import_seconds)):
+        timers.add(phase, seconds)
+    progress = resumed.progress if resumed is not None else None
+    with compiling(comm):
+        given = meshes(resumed.state) if resumed is not None else None
+        discretisation = discretise(case, comm, timers, given)
+        solver = _solver(case, discretisation, timers) if case.mechanics else None
+        origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
+        keeper = Keeper(case, comm, out, origin, timers, start, invocation.asked)
+        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, progress)
+        with recorder:
+            loop = _Loop(case, discretisation, solver, recorder, keeper, timers, progress)
+            if resumed is not None:
+                loop.restore(resumed)
+            message = loop.run()
+            loop.flush()
+            timers.add("total", time.perf_counter() - start)
+            last = loop.discretisation, loop.state, loop.progress()
+            result = outcome(case, *last, timers, message)
+            recorder.finish(result)
     return result
 
 
@@ -102,69 +127,106 @@ class _Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
+        keeper: Keeper,
         timers: Timers,
+        resumed: Progress | None,
     ) -> None:
         self.case, self.discretisation = case, discretisation
-        self.solver, self.recorder = solver, recorder
+        self.solver, self.recorder, self.keeper = solver, recorder, keeper
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
         self.timers = timers
-        self.ramp_end = case.time.step
+        start = resumed or Progress(case.time.step, case.time.step)
+        self.dt, self.easy = min(start.dt, case.time.step_max), list(start.easy)
+        self.reports, self.reactions = list(start.reports), list(start.reactions)
+        self.ramp_end = start.ramp_end
         self.state = initial_state(discretisation, self.ramp_end)
-        self.adaptation = _adaptation(case, discretisation, timers)
+        self.adaptation = _adaptation(case, discretisation, timers, start.lasting)
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
-        self.reports: list[StepReport] = []
-        self.warnings: list[str] = []
+        self.warnings = list(start.warnings)
         self.limits = StepLimits(
             case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
         )
-        self.stops = _stops(case)
-        self.reactions: list[float] = []
+        self.stops = stops(case)
         self.alone = self._alone()
-        self.cautious = False
+        self.cautious = start.cautious
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
         names = [interface.name for interface in self.discretisation.interfaces]
         return frozenset(k for k, name in enumerate(names) if self._alone_holds(name))
 
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Take the state of a checkpoint; collective."""
+        self.state, self.before = restored(self.discretisation, checkpoint.state, self.ramp_end)
+        if checkpoint.progress.pending:
+            self.pending = self.reports[-1], copy.copy(self.state)
+
+    def progress(self) -> Progress:
+        """How far the run has come, to be resumed from."""
+        return Progress(
+            self.dt,
+            self.ramp_end,
+            tuple(self.easy),
+            self.cautious,
+            tuple(self.reports),
+            tuple(self.recorder.failures),
+            tuple(self.warnings),
+            tuple(self.reactions),
+            self.recorder.segment,
+            self.pending is not None,
+            None if self.adaptation is None else self.adaptation.lasting,
+        )
+
     def run(self) -> str:
         """Go to the end; an empty string, or why it was not reached."""
-        dt = self.case.time.step
-        easy: list[int] = []
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
-            begun, cutbacks = time.perf_counter(), 0
+            self._keep(self.keeper.visit)
+            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
             while True:
-                step = clipped(self.state.t, dt, self.stops)
+                step = clipped(self.state.t, self.dt, self.stops)
                 solved, heat = self._attempt(self.state.t + step)
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
                     if isinstance(verdict, Accept):
                         break
-                    dt, easy = self._again(verdict, dt), []
+                    self.dt, self.easy = self._again(verdict, self.dt), []
                     continue
                 self.state.restore(self.discretisation)
                 reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
+                    self.dt, self.easy, self.cautious = first  # other limits may do
+                    self._keep(self.keeper.write)
                     return (
                         f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
                         f"{reason}; {decision.reason}. The last good state, "
-                        f"t = {self.state.t:g} s, is written"
+                        f"t = {self.state.t:g} s, is written{self.keeper.hint}"
                     )
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 self.cautious = not self.cautious  # what did not work once, or does not any more
-                dt, cutbacks, easy = decision.dt, cutbacks + 1, []
+                self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
             if solved.doubt:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
-            easy.append(report.iterations)
-            grown = after_success(dt, easy, self.limits)
-            if verdict.dt is not None:  # the error decides, but not at once against a failed solve
-                grown = min(verdict.dt, dt) if cutbacks else verdict.dt
-            dt, easy = grown, easy if grown == dt else []
+            self._choose_step(report, verdict.dt)
+        self._keep(self.keeper.finish)
         return ""
+
+    def _choose_step(self, report: StepReport, wanted: float | None) -> None:
+        """Length of the next step: what its error wants, or else what Newton's method bears."""
+        self.easy.append(report.iterations)
+        grown = after_success(self.dt, self.easy, self.limits)
+        if wanted is not None:  # the error decides, but not at once against a failed solve
+            grown = min(wanted, self.dt) if report.cutbacks else wanted
+        self.dt, self.easy = grown, self.easy if grown == self.dt else []
+
+    def _keep(self, write: Writing) -> None:
+        """Write a checkpoint if one is due, and say so if that fails; collective."""
+        moment = Moment(self.discretisation, self.state, self.before, self.progress())
+        if trouble := write(moment):
+            self._warn(trouble)
 
     def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
         """What becomes of a step that was solved; collective."""
@@ -296,7 +358,9 @@ class _Loop:
         self.reactions = self.solver.reactions() if self.solver is not None else []
         warmed = None
         if self.heat is not None and heat is not None:
-            warmed = self.heat.record.step(heat, self.state.theta)
+            warmed, self.state.increments = self.heat.record.step(
+                heat, self.state.theta, self.state.increments
+            )
             pairs = zip(self.state.theta, heat.solution.theta, strict=True)
             self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
             self.state.accept_heat(heat.solution.theta, heat.exchanges, self.discretisation)
@@ -328,13 +392,18 @@ class _Loop:
         return report
 
 
-def _adaptation(case: Case, discretisation: Discretisation, timers: Timers) -> Adaptation | None:
+def _adaptation(
+    case: Case,
+    discretisation: Discretisation,
+    timers: Timers,
+    lasting: tuple[Lasting, Lasting] | None,
+) -> Adaptation | None:
     """What judges steps, only imported where the case asks for an error."""
     if case.adaptivity is None:
         return None
     from contactfem.adapt import Adaptation
 
-    return Adaptation(case, discretisation, timers)
+    return Adaptation(case, discretisation, timers, lasting)
 
 
 class _HeatSide:
@@ -349,53 +418,6 @@ class _HeatSide:
         self.record = HeatRecord(thermal)
 
 
-def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
-    """Status that a first contact starts from: some nodes stick for one iteration.
-
-    Args:
-        gap: Mean gap of the nodes [m], (n,).
-        size: Facet length of the nodes [m], (n,).
-        seen: Nodes that carry a multiplier and face the other side, (n,).
-        held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
-            the lowest 30 % of the range of gaps close, otherwise those that touch.
-
-    Returns:
-        Status of every node; None where no node touches and none has to.
-    """
-    stick = seen & (np.abs(gap) <= TOUCH * size)
-    if held_by_contact and seen.any():
-        low, high = gap[seen].min(), gap[seen].max()
-        stick = seen & (gap <= low + FIRST_CONTACT * (high - low))
-    if not stick.any():
-        return None
-    status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
-    return Trial(status, np.zeros(len(gap)))
-
-
-def _stops(case: Case) -> list[float]:
-    """Times that a step must end at: corners of tables, times of output, the end."""
-    tables = [t for c in case.conditions for t in _tables(c)]
-    tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
-    tables += [body.temperature for body in case.bodies.values()]
-    tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
-    for interface in case.interfaces.values():
-        given = (interface.heat.pressure, interface.heat.dissipation)
-        tables += [table for table in given if table is not None]
-    times = {t for table in tables for t in table.times} | set(case.output.times)
-    return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
-
-
-def _tables(condition: Condition) -> list[Table]:
-    """All values over time of a condition."""
-    given = [condition.traction, condition.body_force]
-    given += [condition.grip.force] if condition.grip else []
-    tables = [table for group in given if group for table in group.values()]
-    tables += [condition.pressure] if condition.pressure else []
-    tables += [condition.field] if isinstance(condition.field, Table) else []
-    tables += [condition.convection.ambient] if condition.convection else []
-    return tables + list(condition.components().values())
-
-
 def _forces(
     discretisation: Discretisation, conditions: Sequence[Conditions]
 ) -> dict[str, tuple[float, float]]:
@@ -405,31 +427,3 @@ def _forces(
         force = -c.nodal_forces()[len(c.multiplier) :].sum(0)
         result[interface.name] = (float(force[0]), float(force[1]))
     return result
-
-
-def _result(
-    case: Case, discretisation: Discretisation, loop: _Loop, timers: Timers, message: str
-) -> RunResult:
-    """Gather everything on the first rank; collective."""
-    with timers.book("output"):
-        pictures = body_pictures(discretisation)
-        heat = heat_pictures(discretisation, loop.state)
-        probes = probe_values(case, pictures, heat)
-        tables = interface_tables(discretisation, loop.state)
-    reactions: dict[str, tuple[float, ...]] = {
-        name: (force,) for name, force in zip(discretisation.held, loop.reactions, strict=False)
-    }
-    system = discretisation.system
-    sizes = {
-        "unknowns": system.numbering.n_global,
-        "ranks": system.comm.size,
-        "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
-    }
-    if discretisation.heat is not None:
-        sizes["temperatures"] = discretisation.heat.system.numbering.n_global
-    seconds = dict(timers.seconds)
-    seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
-    return RunResult(
-        case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
-        sizes, not message, message, warnings=tuple(loop.warnings), heat=tuple(heat),
-    )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 from contactfem.contact import Conditions, History
 from contactfem.discretise import Discretisation
 from contactfem.laws import Trial
+from contactfem.ringing import Increments
 from contactfem.surfaces import Floats
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class State:
         guess: Contact status to start from where there are no conditions, per interface.
         warmth: Temperatures that mechanics last had its equilibrium at, likewise [K].
         exchanges: Heat through the interfaces in the last step; empty before the first.
+        increments: Of the temperatures in the last steps, by which ringing is found.
     """
 
     t: float
@@ -52,6 +54,7 @@ class State:
     guess: tuple[Trial | None, ...] = ()
     warmth: list[Floats] = field(default_factory=list)
     exchanges: tuple[HeatExchange, ...] = ()
+    increments: Increments = field(default_factory=Increments)
 
     def starts(self) -> tuple[Trial | None, ...]:
         """Contact status that the next step may start from, per interface; None to find it."""

@@ -103,8 +103,8 @@ def _choice(case: Case) -> str:
     for owner in dict.fromkeys(name.partition(".")[0] for name in names if "." in name):
         its = [name.partition(".")[2] for name in names if name.startswith(f"{owner}.")]
         owners.setdefault(tuple(key for key in its if "_error_" not in key), []).append(owner)
-    for keys, owner in owners.items():
-        lines += _listed(f"quantities of {', '.join(owner)}", ", ".join(keys))
+    for keys, sharing in owners.items():
+        lines += _listed(f"quantities of {', '.join(sharing)}", ", ".join(keys))
     return "\n".join(lines)
 
 

@@ -19,22 +19,25 @@ PLAIN = """
     meshes model interface_laws scene element_choice heat_measure measure
     contradictions heat_links case_links case_errors case friction_choice listing
     gaps rigid boxes nearest shapes location constants facets
+    archive checkpoint
     expect facts heat_words plausible check mesh_files key_words case_reference
-    charts interface_figure pictures heat_figure figures output report terminal
+    charts interface_figure pictures heat_figure figures output report terminal resume
     markup html_style html_steps html_report
     refinement families trial orders study_table study_figure study
+    stop stops
     recovery constrained_recovery interface_recovery relative_error space_error time_error
     sizes adaptivity
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat meshing blocks transfer mesh_view boundary_data body_recovery
+    compat jit_cache meshing blocks transfer mesh_view boundary_data body_recovery
     surfaces directions crosspoints segments mortar
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
     newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields discretise diagnosis state staggered heat_record
-    estimate remesh adapt gathering recorder run
+    estimate remesh adapt gathering recorder
+    packing snapshot keeper first_contact outcome run
     suite cli_run cli_study cli
 """
 ORDER = (PLAIN + PARALLEL).split()

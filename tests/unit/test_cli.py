@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 from contactfem.cli import main
-from contactfem.errors import CaseError, ContactfemError, ExitCode, MeshError, SolverError
+from contactfem.errors import (
+    CaseError,
+    CheckpointError,
+    ContactfemError,
+    ExitCode,
+    Interrupted,
+    MeshError,
+    SolverError,
+    WriteError,
+)
 from contactfem.results import RunResult
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -101,7 +110,7 @@ def test_bad_usage_gives_two(arguments, capsys):
     assert "usage: contactfem" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("verb", ["check", "mesh", "run", "report", "schema"])
+@pytest.mark.parametrize("verb", ["check", "mesh", "run", "resume", "report", "schema"])
 def test_every_command_has_help(verb, capsys):
     with pytest.raises(SystemExit) as caught:
         main([verb, "--help"])
@@ -188,16 +197,16 @@ def test_a_closed_pipe_is_no_error():
 
 
 def test_errors_know_their_exit_code():
-    assert [error.exit_code for error in (CaseError, MeshError, SolverError, ContactfemError)] == [
-        2, 2, 3, 3,
-    ]  # fmt: skip
+    bad = [CaseError, MeshError, CheckpointError]
+    ended = [SolverError, WriteError, ContactfemError]
+    assert [error.exit_code for error in (*bad, *ended, Interrupted)] == [2, 2, 2, 3, 3, 3, 4]
 
 
 def stand_in(monkeypatch, message, passed, raises=None):
     """Replace the solver by something that has just run."""
     import contactfem.run
 
-    def run_case(case, comm, out, invocation):
+    def run_case(case, comm, out, invocation, resumed):
         if raises is not None:
             raise raises
         out.mkdir(parents=True)
@@ -240,7 +249,12 @@ def test_run_all_goes_through_the_variants(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize(
     ("error", "code"),
-    [(CaseError("f: x: y"), 2), (SolverError("gave up"), 3), (ZeroDivisionError("oh"), 70)],
+    [
+        (CaseError("f: x: y"), 2),
+        (SolverError("gave up"), 3),
+        (Interrupted("stopped"), 4),
+        (ZeroDivisionError("oh"), 70),
+    ],
 )
 def test_errors_of_a_run(monkeypatch, capsys, error, code):
     stand_in(monkeypatch, "", True, raises=error)
@@ -256,7 +270,7 @@ import contactfem.cli_run, contactfem.run
 from contactfem.cli import main
 from contactfem.errors import CaseError
 
-def run_case(case, comm, out, invocation):
+def run_case(case, comm, out, invocation, resumed):
     if comm.rank == {rank}:
         raise {error}
     comm.barrier()

@@ -1,6 +1,7 @@
 """Fields for ParaView, on any number of ranks."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,8 +9,8 @@ from dolfinx import fem, mesh
 
 from mpi4py import MPI
 
-from contactfem.errors import CaseError
-from contactfem.fields import FieldWriter, nodal_average
+from contactfem.errors import CaseError, WriteError
+from contactfem.fields import FieldWriter, nodal_average, remove_later
 
 
 def unit_square(n: int) -> mesh.Mesh:
@@ -55,6 +56,27 @@ def test_without_adios2_it_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr("dolfinx.has_adios2", False)
     with pytest.raises(CaseError, match=r"output\.fields: .* no ADIOS2"):
         FieldWriter(tmp_path, {})
+
+
+@pytest.mark.mpi
+def test_a_full_disk_is_noticed_before_anything_is_written(tmp_path, monkeypatch):
+    """ADIOS2 ends the process where it cannot write, even after its error was caught."""
+    folder = Path(MPI.COMM_WORLD.bcast(str(tmp_path)))
+    domain = unit_square(4)
+    u = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (2,))))
+    writer = FieldWriter(folder, {"one": u})
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=1 << 20))
+    with pytest.raises(WriteError, match=f"{folder}: cannot be written: no space left for fields"):
+        writer.write(0.0, {"one": np.ones((cell_count(domain), 6))})
+    writer.close()
+
+
+def test_only_field_files_of_later_parts_are_removed(tmp_path):
+    for name in ("a", "a_2", "a_2_2", "a_3", "a_heat_3", "a_x", "ab_3", "b_2"):
+        (tmp_path / f"{name}.bp").mkdir()
+    remove_later(tmp_path, ["a", "a_2", "a_heat", "b"], 3)
+    left = {path.stem for path in tmp_path.iterdir()}
+    assert left == {"a", "a_2", "a_2_2", "a_x", "ab_3", "b_2"}
 
 
 @pytest.mark.mpi

@@ -13,7 +13,8 @@ from contactfem.cli import main
 from contactfem.html_report import write_page
 from contactfem.html_steps import decisions
 from contactfem.markup import Markup, curve, element, table
-from contactfem.output import Failure, OutputWriter
+from contactfem.output import OutputWriter
+from contactfem.results import Failure
 
 PICTURE = b"\x89PNG\r\n\x1a\nnot really"
 VOID = {"meta", "img"}

@@ -1,0 +1,94 @@
+"""A tree of named arrays, and what JSON can say, in one file that tells whether it is whole."""
+
+import io
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from contactfem.errors import CheckpointError
+
+type Array = npt.NDArray[Any]
+type Tree = dict[str, Any]  # arrays, or trees, by names without a slash
+
+HEAD = "head"
+
+
+def write_archive(path: Path, head: dict[str, Any], tree: Tree) -> None:
+    """Write a file, and return when it is safe on the disk.
+
+    Args:
+        path: the file.
+        head: what JSON can say, and numbers that are not finite.
+        tree: the arrays.
+
+    Raises:
+        OSError: it cannot be written; nothing is left of it.
+    """
+    arrays = dict(_flat(tree, "/"))
+    text = json.dumps({"head": head, "arrays": list(arrays)}).encode()
+    whole = io.BytesIO()
+    np.savez(whole, **(arrays | {HEAD: np.frombuffer(text, dtype=np.uint8)}))  # type: ignore[arg-type]
+    try:
+        with path.open("wb") as file:
+            file.write(whole.getbuffer())
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
+
+
+def read_archive(path: Path) -> tuple[dict[str, Any], Tree]:
+    """Read a file that `write_archive` wrote.
+
+    Args:
+        path: the file.
+
+    Returns:
+        Its head and its arrays.
+
+    Raises:
+        CheckpointError: it is not there, not whole, or something else.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        said = json.loads(arrays.pop(HEAD).tobytes())
+        head = dict(said["head"])
+        if said["arrays"] != list(arrays):  # zip files do not guard their list of contents
+            raise ValueError("arrays are missing")
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: there is no such file") from None
+    except OSError as error:
+        reason = error.strerror or "not whole"
+        raise CheckpointError(f"{path}: cannot be read: {reason}") from None
+    except (ValueError, TypeError, KeyError, EOFError, NotImplementedError, RuntimeError,
+            zipfile.BadZipFile, zlib.error):  # fmt: skip
+        raise CheckpointError(f"{path}: is damaged, or was never a checkpoint") from None
+    return head, _nested(arrays)
+
+
+def _flat(tree: Tree, where: str) -> Iterator[tuple[str, Array]]:
+    for name, item in tree.items():
+        if isinstance(item, dict):
+            yield from _flat(item, f"{where}{name}/")
+        else:
+            yield f"{where}{name}", item
+
+
+def _nested(arrays: dict[str, Array]) -> Tree:
+    tree: Tree = {}
+    for path, array in arrays.items():
+        *folders, name = path.strip("/").split("/")
+        place = tree
+        for folder in folders:
+            place = place.setdefault(folder, {})
+        place[name] = array
+    return tree

@@ -1,0 +1,90 @@
+"""The cache of compiled forms, cleared of what a process that was killed has left half compiled.
+
+X.c says that X is compiled or being compiled, X.c.cached that it is ready. dolfinx waits for the
+second and then gives up.
+"""
+
+import fcntl
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO
+
+from dolfinx.jit import get_options
+
+from mpi4py import MPI
+
+LEASE = "contactfem.lock"  # held by every run that may compile; the system frees it with a process
+LONG_AGO = 60.0  # seconds after which a compilation is given up although other runs are there
+
+
+@contextmanager
+def compiling(comm: MPI.Comm) -> Iterator[None]:
+    """Forms may be compiled inside, without waiting for processes that are no more; collective.
+
+    Args:
+        comm: All ranks; the first one compiles.
+    """
+    lease: IO[bytes] | None = None
+    if comm.rank == 0:
+        options = get_options()
+        with suppress(OSError):  # no cache to write to, or no locks there: nothing to clear
+            lease = _lease(options["cache_dir"], float(options["timeout"]))
+    comm.barrier()
+    try:
+        yield
+    finally:
+        if lease is not None:
+            lease.close()
+
+
+def _lease(folder: Path, patience: float) -> IO[bytes]:
+    """Clear the cache, with more care where other runs hold a lease, and take one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lease = (folder / LEASE).open("ab")
+    try:
+        fcntl.flock(lease, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        while min(begun(folder).values(), default=patience) < patience:  # somebody else's, perhaps
+            time.sleep(0.2)
+        clear(folder, patience)
+    except BlockingIOError:
+        clear(folder, LONG_AGO)
+    fcntl.flock(lease, fcntl.LOCK_SH)
+    return lease
+
+
+def begun(folder: Path) -> dict[Path, float]:
+    """Compilations that have begun and not ended, and how long ago [s].
+
+    Args:
+        folder: The cache.
+    """
+    now, found = time.time(), {}
+    for source in folder.glob("libffcx_*.c"):
+        with suppress(FileNotFoundError):
+            if not _ready(source).exists():
+                found[source] = abs(now - source.stat().st_mtime)
+    return found
+
+
+def clear(folder: Path, age: float) -> None:
+    """Remove the marks of compilations that do not end.
+
+    If one ends all the same, its mark is put back by the next call: without it dolfinx would
+    compile again and then trip over what is there.
+
+    Args:
+        folder: The cache.
+        age: How long ago they have begun, at least [s].
+    """
+    for source, seconds in begun(folder).items():
+        if seconds >= age:
+            source.unlink(missing_ok=True)
+    for ready in folder.glob("libffcx_*.c.cached"):
+        if not ready.with_suffix("").exists():
+            ready.with_suffix("").touch()
+
+
+def _ready(source: Path) -> Path:
+    return source.with_suffix(".c.cached")

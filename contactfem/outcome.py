@@ -1,0 +1,54 @@
+"""What a run hands over at its end: everything gathered on the first rank."""
+
+from contactfem.case import Case
+from contactfem.checkpoint import Progress
+from contactfem.discretise import Discretisation
+from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
+from contactfem.results import RunResult
+from contactfem.state import State
+from contactfem.timers import Timers
+
+
+def outcome(
+    case: Case,
+    discretisation: Discretisation,
+    state: State,
+    progress: Progress,
+    timers: Timers,
+    message: str,
+) -> RunResult:
+    """Result of a run; collective.
+
+    Args:
+        case: The case.
+        discretisation: Its last meshes.
+        state: The last good state.
+        progress: The steps up to there.
+        timers: Where time was booked.
+        message: Why the end was not reached; empty if it was.
+
+    Returns:
+        The result; pictures and probes on the first rank only.
+    """
+    with timers.book("output"):
+        pictures = body_pictures(discretisation)
+        heat = heat_pictures(discretisation, state)
+        probes = probe_values(case, pictures, heat)
+        tables = interface_tables(discretisation, state)
+    reactions: dict[str, tuple[float, ...]] = {
+        name: (force,) for name, force in zip(discretisation.held, progress.reactions, strict=False)
+    }
+    system = discretisation.system
+    sizes = {
+        "unknowns": system.numbering.n_global,
+        "ranks": system.comm.size,
+        "nonmortar_nodes": sum(i.nodes.mesh.n_nonmortar for i in discretisation.interfaces),
+    }
+    if discretisation.heat is not None:
+        sizes["temperatures"] = discretisation.heat.system.numbering.n_global
+    seconds = dict(timers.seconds)
+    seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
+    return RunResult(
+        case, progress.reports, tuple(tables), tuple(pictures), reactions, probes, seconds, sizes,
+        not message, message, warnings=progress.warnings, heat=tuple(heat),
+    )  # fmt: skip
