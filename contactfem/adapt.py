@@ -10,13 +10,10 @@ from mpi4py import MPI
 from contactfem.adaptivity import (
     AcceptStep,
     MeshPolicy,
-    MeshReport,
-    Remesh,
     RepeatStep,
     StepPolicy,
     TimedStep,
     TimeReport,
-    decide_mesh,
     decide_step,
 )
 from contactfem.body_recovery import BodyErrors
@@ -24,27 +21,18 @@ from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
+from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.relative_error import RelativeError
 from contactfem.results import ErrorStep, Remeshing
-from contactfem.sizes import (
-    SizeLimits,
-    cell_sizes,
-    equal_error_sizes,
-    goal,
-    predict,
-    predicted_cells,
-    rounded,
-    size_field,
-)
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
-from contactfem.surfaces import Floats, Ints
+from contactfem.surfaces import Floats
 from contactfem.time_error import time_error
 from contactfem.timers import Timers
 from contactfem.verdicts import Accept, Lasting, NewMeshes, NewSizes, ShorterStep
 
-LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
-ORDER = 1  # of the elements: P1, Q1 and MINI
+REMESH_COST = 3.0  # of new meshes in steps of mechanics, which solve for many Newton iterations
+REMESH_COST_OF_HEAT = 30.0  # and in steps of heat alone, which only substitute
 
 
 @dataclass
@@ -78,6 +66,7 @@ class Adaptation:
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
         self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
+        self._found: dict[str, RelativeError] = {}
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -160,8 +149,9 @@ class Adaptation:
             for name, cells in new.items():
                 if cells != old[name] or name in self._asked.get(problem, ()):
                     reason = self._reasons.get(problem, "")
+                    eta = self._found[problem].eta if problem in self._found else 0.0
                     self._now.remeshes.append(
-                        Remeshing(t, problem, name, old[name], cells, reason, seconds)
+                        Remeshing(t, problem, name, old[name], cells, reason, seconds, eta)
                     )
         self.use(after)
 
@@ -192,7 +182,7 @@ class Adaptation:
             errors["mechanics"] = self._stress(conditions, t)
         if self._flux is not None and heat is not None:
             errors["heat"] = self._flux(heat.solution.theta, heat.exchanges, t)
-        found = {problem: total(bodies) for problem, bodies in errors.items()}
+        self._found = found = {problem: total(bodies) for problem, bodies in errors.items()}
         tolerances = {
             "mechanics": self.settings.for_mechanics(),
             "heat": self.settings.for_heat(),
@@ -203,77 +193,38 @@ class Adaptation:
         for problem, bodies in errors.items():
             tolerance = tolerances[problem]
             assert tolerance is not None
-            chosen = self._sizes(problem, bodies, tolerance, t, dt)
-            if chosen:
-                wanted[problem] = chosen
-                self._asked[problem] = tuple(chosen)
+            choice = self._choice(problem, bodies, tolerance, t, dt)
+            self._now.decisions.append(f"{problem}: {choice.reason}")
+            if choice.sizes:
+                wanted[problem] = choice.sizes
+                self._asked[problem] = tuple(choice.sizes)
+                self._reasons[problem] = choice.reason
                 self._now.rounds[problem] = self._now.rounds.get(problem, 0) + 1
         if not wanted:
             return found, None
         return found, NewSizes(wanted.get("mechanics", {}), wanted.get("heat", {}))
 
-    def _sizes(
+    def _choice(
         self, problem: str, bodies: Sequence[BodyErrors], tolerance: float, t: float, dt: float
-    ) -> Mapping[str, Floats]:
-        """Sizes of new meshes of one problem, by body; empty to keep the present ones."""
-        chosen = [b for b in bodies if self._may_change(b.name)]
-        if not chosen:
-            return {}
-        policy = MeshPolicy(tolerance, most_remeshes=self.settings.max_remeshes)
-        kept = total([b for b in bodies if b not in chosen])
-        everything = total(bodies)
-        square = goal(everything, policy.aim * tolerance) - kept.error_square
-        cells = [b.view.data.cells for b in chosen]
-        points = [b.view.data.points for b in chosen]
-        h = np.concatenate([cell_sizes(x, c) for x, c in zip(points, cells, strict=True)])
-        e = np.concatenate([b.errors for b in chosen])
-        new = equal_error_sizes(h, e, max(square, 0.01 * goal(everything, tolerance)), ORDER)
-        sizes, count, error_square, start = {}, 0.0, kept.error_square, 0
-        parts = []
-        for x, c in zip(points, cells, strict=True):
-            part = new[start : start + len(c)]
-            start += len(c)
-            parts.append(size_field(x, c, part, self._limits(x)))
-        scale = self._scale(points, cells, parts)
-        for body, x, c, part in zip(chosen, points, cells, parts, strict=True):
-            sizes[body.name] = rounded(scale * part)
-            expected = predict(x, c, sizes[body.name], body.errors, ORDER)
-            count, error_square = count + expected.cells, error_square + expected.error_square
-        expected_error = RelativeError(
-            error_square, everything.norm_square + everything.error_square - error_square
+    ) -> MeshChoice:
+        """New sizes of the meshes of one problem, and why."""
+        settings = self.settings
+        chosen = [
+            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.errors)
+            for b in bodies
+            if self._may_change(b.name)
+        ]
+        limits = CellLimits(
+            settings.size_min, settings.size_max, settings.growth, settings.max_cells
         )
-        decision = decide_mesh(
-            MeshReport(
-                eta=everything.eta,
-                cells=sum(len(c) for c in cells),
-                predicted_eta=expected_error.eta,
-                predicted_cells=count,
-                remeshes=self._now.rounds.get(problem, 0),
-                steps_left=(self.case.time.end - t) / dt,
-                life=self._lasting.expected(problem),
-            ),
-            policy,
+        cost = REMESH_COST if self.case.mechanics else REMESH_COST_OF_HEAT
+        policy = MeshPolicy(tolerance, most_remeshes=settings.max_remeshes, cost=cost)
+        lifetime = Lifetime(
+            self._now.rounds.get(problem, 0),
+            (self.case.time.end - t) / dt,
+            self._lasting.expected(problem),
         )
-        self._reasons[problem] = decision.reason
-        self._now.decisions.append(f"{problem}: {decision.reason}")
-        return sizes if isinstance(decision, Remesh) else {}
-
-    def _limits(self, points: Floats) -> SizeLimits:
-        """Limits of one body's cells."""
-        extent = float(np.ptp(points, axis=0).max())
-        largest = self.settings.size_max or extent / LARGEST
-        smallest = self.settings.size_min or largest / SMALLEST
-        return SizeLimits(
-            smallest, max(largest, smallest), self.settings.growth, self.settings.max_cells
-        )
-
-    def _scale(
-        self, points: Sequence[Floats], cells: Sequence[Ints], sizes: Sequence[Floats]
-    ) -> float:
-        """Factor by which all meshes of a problem together keep to the limit on cells."""
-        pairs = zip(points, cells, sizes, strict=True)
-        count = sum(predicted_cells(x, c, s) for x, c, s in pairs)
-        return max(1.0, float(np.sqrt(count / self.settings.max_cells)))
+        return choose_meshes(chosen, total(bodies), limits, policy, lifetime)
 
     def _may_change(self, name: str) -> bool:
         return self.settings.bodies is None or name in self.settings.bodies

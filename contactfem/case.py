@@ -130,15 +130,18 @@ class Adaptivity(Model):
 
 
 class Output(Model):
-    """What is written besides the history; `times`: when interfaces are written before the end.
+    """What is written besides the history.
 
-    A run writes its state, to be resumed from, every `checkpoint_every` steps if that is given, and
-    every `checkpoint_interval` of wall-clock time.
+    `times`: when interfaces are written before the end. `snapshots`: about how many pictures of all
+    bodies are kept, over the time of the run, for a film. A run writes its state, to be resumed
+    from, every `checkpoint_every` steps if that is given, and every `checkpoint_interval` of
+    wall-clock time.
     """
 
     fields: Flag = True
     figures: Flag = True
     times: tuple[PositiveTime, ...] = ()
+    snapshots: Count = 0
     checkpoint_every: Annotated[Count, Field(ge=1)] | None = None
     checkpoint_interval: PositiveTime = 600.0
 

@@ -202,6 +202,8 @@ def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
     Returns:
         One sentence.
     """
+    if not case.mechanics:
+        return "does not move"
     low, high = _extent(lines)
     points: list[Floats] = [np.empty((0, len(low)))]
     prescribed: list[npt.NDArray[np.bool_]] = [np.empty((0, len(low)), dtype=bool)]

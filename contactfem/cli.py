@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, study, report, schema."""
+"""The command line: check, mesh, run, resume, study, report, film, schema."""
 
 import argparse
 import glob
@@ -57,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     schema.add_argument(
         "--markdown", action="store_true", help="all keys as a page to read instead"
@@ -76,6 +77,10 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     add_study_options(study)
+    film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
+    film.add_argument(
+        "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"
+    )
     report.add_argument(
         "--html",
         action="store_true",
@@ -201,6 +206,13 @@ def _folders(path: Path) -> list[Path]:
     if not found:
         raise CaseError(f"{path}: has no results in {runs}; 'contactfem run {path}' makes them")
     return found
+
+
+def _film(options: argparse.Namespace) -> int:
+    from contactfem.film import film
+
+    print(film(options.folder, options.out or options.folder / "film.gif"))
+    return ExitCode.DONE
 
 
 def _schema(options: argparse.Namespace) -> int:

@@ -1,6 +1,7 @@
 """What is reported of heat in an accepted step, and whether the time scheme rings."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +9,15 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.results import HeatStep
-from contactfem.ringing import STEPS, Increment, Increments, ringing
+from contactfem.ringing import (
+    COLD,
+    STEPS,
+    Increment,
+    Increments,
+    Zigzag,
+    local_ringing,
+    ringing,
+)
 from contactfem.staggered import HeatOutcome
 from contactfem.surfaces import Floats
 from contactfem.thermal import Thermal
@@ -47,7 +56,9 @@ class HeatRecord:
         for name, heat in zip(self._thermal.held, balance.held, strict=True):
             held[name] = held.get(name, 0.0) + heat
         increments = self._grown(increments, [before, *outcome.solution.stages])
-        found = ringing(self._thermal.system.scheme, increments.recent, increments.largest)
+        pairs = zip(before, theta, strict=True)
+        rates = [np.asarray((b - a) / outcome.dt) for a, b in pairs]
+        increments = replace(increments, zigzags=self._zigzags(increments.zigzags, rates))
         report = HeatStep(
             passes=outcome.passes,
             change=outcome.change,
@@ -62,7 +73,7 @@ class HeatRecord:
             defect=balance.defect,
             flow=flow,
             friction_defect=max((abs(e.defect) for e in outcome.exchanges), default=0.0),
-            rings="" if found is None else str(found),
+            rings=self._rings(increments, outcome.dt, high - low),
         )
         return report, increments
 
@@ -81,6 +92,22 @@ class HeatRecord:
         power = outcome.exchanges[k].conduction @ at
         return float(power[: interface.nodes.mesh.n_nonmortar].sum())
 
+    def _rings(self, increments: Increments, dt: float, span: float) -> str:
+        """What is said of ringing, of the whole or of single temperatures; collective."""
+        scheme = self._thermal.system.scheme
+        found = ringing(scheme, increments.recent, increments.largest) if span > COLD else None
+        amplitude = max((z.amplitude(dt) for z in increments.zigzags), default=0.0)
+        amplitude = self._thermal.system.comm.allreduce(amplitude, MPI.MAX)
+        return str(found) if found is not None else local_ringing(scheme, amplitude, span)
+
+    def _zigzags(self, zigzags: Sequence[Zigzag], rates: Sequence[Floats]) -> tuple[Zigzag, ...]:
+        """Zigzags of the bodies with one more step; none for a scheme that does not ring."""
+        if self._thermal.system.scheme.l_stable:
+            return ()
+        if not zigzags:
+            return tuple(Zigzag.begun(rate) for rate in rates)
+        return tuple(z.followed(rate) for z, rate in zip(zigzags, rates, strict=True))
+
     def _grown(self, increments: Increments, stages: Sequence[Sequence[Floats]]) -> Increments:
         """Increments with those from stage to stage of one more step; collective."""
         scheme = self._thermal.system.scheme
@@ -93,4 +120,5 @@ class HeatRecord:
             inner = self._thermal.product(change, last) if last else 0.0
             recent.append(Increment(norm, inner))
             last, largest = change, max(largest, norm)
-        return Increments(last, tuple(recent[-(STEPS + 1) * len(scheme.nodes) :]), largest)
+        kept = tuple(recent[-(STEPS + 1) * len(scheme.nodes) :])
+        return replace(increments, last=last, recent=kept, largest=largest)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.error_measure import errors_of_costs, errors_of_steps, measurable_errors
 from contactfem.heat_measure import (
     heat_of_body,
     heat_of_costs,
@@ -102,7 +103,7 @@ def measurable(case: Case) -> dict[str, str]:
         kind = str(probe.value).split(".")[0]
         units = {"displacement": "m", "stress": "Pa", "temperature": "K"}
         names[f"probe.{name}"] = units.get(kind, "")
-    names |= measurable_heat(case)
+    names |= measurable_heat(case) | measurable_errors(case)
     return {name: by_length.get(unit, unit) for name, unit in names.items()}
 
 
@@ -269,6 +270,7 @@ def measure(result: RunResult) -> dict[str, float]:
     """
     values = _of_steps(result.steps) | _of_costs(result.timings)
     values |= heat_of_steps(result.steps) | heat_of_costs(result.timings, result.steps)
+    values |= errors_of_steps(result.steps) | errors_of_costs(result.timings, result.steps)
     values["converged"] = float(result.converged)
     for table in result.interfaces:
         entry = result.case.closed_form.get(table.name)

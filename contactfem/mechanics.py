@@ -122,11 +122,18 @@ class BodyProblem:
         self.n_owned = self.V.dofmap.index_map.size_local * self.V.dofmap.index_map_bs
         self.vertex_space = self._element.vertex_space
         self.vertex_dofs, self.vertices = dofs_at_vertices(mesh.mesh, self.vertex_space)
-        self._residual_ufl = residual = self._residual_form(loads)
+        self._residual_ufl = self._residual_form(loads)
         self.is_linear = law.linear and not any(load.is_pressure for load in loads)
-        self._residual = fem.form(residual)
         self._action: fem.Form | None = None
-        self._tangent = fem.form(ufl.derivative(residual, self.u, ufl.TrialFunction(self.V)))
+
+    @cached_property
+    def _residual(self) -> fem.Form:
+        return fem.form(self._residual_ufl)
+
+    @cached_property
+    def _tangent(self) -> fem.Form:
+        trial = ufl.TrialFunction(self.V)
+        return fem.form(ufl.derivative(self._residual_ufl, self.u, trial))
 
     def _residual_form(self, loads: Sequence[Load]) -> ufl.Form:
         """Internal minus external virtual work (19)."""

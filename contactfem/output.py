@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import contactfem
 from contactfem.check import Account
 from contactfem.checkpoint import NAME, PREVIOUS
+from contactfem.error_measure import uniform_costs
 from contactfem.errors import CaseError
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
@@ -195,6 +196,7 @@ def summarise(
         "force_unit": result.case.force_unit,
         "reactions": result.reactions,
         "values": values,
+        "uniform": [asdict(cost) for cost in uniform_costs(result.steps)],
         "steps": [asdict(step) for step in result.steps],
     }
 

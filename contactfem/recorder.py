@@ -14,8 +14,9 @@ from contactfem.case import Case
 from contactfem.checkpoint import Progress
 from contactfem.discretise import Discretisation
 from contactfem.errors import WriteError
-from contactfem.gathering import interface_tables
+from contactfem.gathering import body_pictures, heat_pictures, interface_tables
 from contactfem.results import Failure, RunResult, StepReport
+from contactfem.snapshots import Snapshot, clear_snapshots, write_snapshot
 from contactfem.state import State
 from contactfem.timers import Timers
 
@@ -59,6 +60,10 @@ class Recorder:
         self._out = out
         self.segment = 1 if resumed is None else resumed.segment + 1
         self.failures = [] if resumed is None else list(resumed.failures)
+        every = case.time.end / max(case.output.snapshots, 1)
+        moments = [every * (k + 1) for k in range(case.output.snapshots)]
+        self._moments = [t for t in moments if not _reached(t, last)]
+        self._pictures = len(moments) - len(self._moments)
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -72,6 +77,8 @@ class Recorder:
                 from contactfem.terminal import Reporter
 
                 self._writer = OutputWriter(out, case, command, account(case), steps)
+                if steps is None:
+                    clear_snapshots(out)
                 self._voice = Reporter(case, bar=comm.size == 1)
                 for failure in self.failures:
                     self._writer.failure(failure)
@@ -134,6 +141,7 @@ class Recorder:
                 tables = interface_tables(self._discretisation, state)
                 if self._writer is not None:
                     self._writer.interfaces(tables, report.t)
+            self._picture(report.t, state)
             if self._fields is not None:
                 stress = {
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
@@ -141,6 +149,18 @@ class Recorder:
                 self._fields.write(report.t, stress)
             if self._heat_fields is not None:
                 self._heat_fields.write(report.t)
+
+    def _picture(self, t: float, state: State) -> None:
+        """Write a snapshot if one is due at a time [s]; collective."""
+        due = [moment for moment in self._moments if moment <= t * (1.0 + 1e-12)]
+        if not due or self._out is None:
+            return
+        self._moments = self._moments[len(due) :]
+        bodies = body_pictures(self._discretisation)
+        heat = heat_pictures(self._discretisation, state)
+        if bodies:
+            self._pictures += 1
+            write_snapshot(self._out, self._pictures, Snapshot(t, tuple(bodies), tuple(heat)))
 
     def remeshed(self, discretisation: Discretisation) -> None:
         """Go on with new meshes, whose fields go into new files; collective."""

@@ -8,11 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from contactfem.adaptivity_report import error_table, remesh_table, uniform_table
 from contactfem.checkpoint import NAME
 from contactfem.engineering import engineering, scale_for
 from contactfem.errors import CaseError, ExitCode
 from contactfem.measure import FLOOR_PHASES
 from contactfem.output import SUMMARY
+from contactfem.report_table import new_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -75,24 +77,6 @@ def allowed_text(low: float | None, high: float | None, unit: str) -> str:
     scale = scale_for(max(abs(low), abs(high)), unit)
     middle, room = 0.5 * (low + high), 0.5 * (high - low)
     return f"{middle / scale.factor:.6g} ± {room / scale.factor:.3g} {scale.label}".rstrip()
-
-
-def new_table(title: str, *columns: str) -> Table:
-    """An empty table: the first column to the left, the others to the right."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-        collapse_padding=True,
-    )
-    for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right", no_wrap=True)
-    return table
 
 
 def verdict_table(summary: Mapping[str, Any]) -> Table:
@@ -216,7 +200,7 @@ def cost_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     names |= {"contact": "contact"} | {key: f"  {key.partition('.')[2]}" for key in contact}
     names |= {"newton": "whole solve phase"}
     names |= {key: key for key in timings if key.startswith("heat.")}
-    names |= {phase: phase for phase in ("transfer", *OTHER_PHASES, "total")}
+    names |= {phase: phase for phase in ("transfer", "estimate", "remesh", *OTHER_PHASES, "total")}
     rows = [(name, timings[key]) for key, name in names.items() if key in timings]
     floor = sum(key in timings for key in FLOOR_PHASES)
     return [*rows[:floor], ("= floor", summary["floor"]), *rows[floor:]]
@@ -247,7 +231,15 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
     sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
     console.print(f"[bold]{summary['title']}[/]  ({directory})", highlight=False)
     console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
-    tables = (step_table(summary), heat_table(summary), verdict_table(summary), cost_table(summary))
+    tables = (
+        step_table(summary),
+        heat_table(summary),
+        error_table(summary),
+        remesh_table(summary),
+        uniform_table(summary),
+        verdict_table(summary),
+        cost_table(summary),
+    )
     for table in tables:
         if table.row_count:
             console.print(table)

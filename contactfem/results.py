@@ -57,7 +57,10 @@ class HeatStep:
 
 @dataclass(frozen=True)
 class Remeshing:
-    """A new mesh of one body for one problem, "mechanics" or "heat"; t is the step's start [s]."""
+    """A new mesh of one body for one problem, "mechanics" or "heat"; t is the step's start [s].
+
+    `eta` is the error of the problem on the meshes that were replaced.
+    """
 
     t: float
     problem: str
@@ -66,6 +69,7 @@ class Remeshing:
     cells_after: int
     reason: str
     seconds: float
+    eta: float
 
 
 @dataclass(frozen=True)

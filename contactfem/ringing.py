@@ -14,6 +14,12 @@ HARDLY = 0.7  # share of an increment that is left after a step: a tenth after m
 NEGLIGIBLE = 1e-6  # share of the largest increment below which nothing is left to ring
 
 
+ALTERNATIONS = 3  # turns in a row of one temperature that count as ringing
+KEPT = 0.5  # share of a turn that the next one has at least
+VISIBLE = 1e-3  # amplitude over the range of all temperatures from which it is said
+COLD = 1e-9  # range of temperatures [K] that is round-off
+
+
 @dataclass(frozen=True)
 class Increment:
     """Change Δ_n of the temperature from one stage of the time scheme to the next.
@@ -35,11 +41,70 @@ class Increments:
         last: Δ_n itself, an array per body [K]; empty before the first.
         recent: those of the last steps, oldest first.
         largest: norm of the largest one since the start.
+        zigzags: of single temperatures, per body; empty before the first step.
     """
 
     last: tuple[npt.NDArray[np.float64], ...] = ()
     recent: tuple[Increment, ...] = ()
     largest: float = 0.0
+    zigzags: tuple["Zigzag", ...] = ()
+
+
+@dataclass(frozen=True)
+class Zigzag:
+    """How often the rate of each temperature of a body has turned round, step by step.
+
+    Where a large smooth change hides it from the norms of increments, ringing is local: at the
+    first nodes below a surface that was heated suddenly.
+
+    Attributes:
+        rate: of the last step (n,) [K/s].
+        turn: its change from that of the step before (n,) [K/s].
+        count: how many turns in a row had the opposite sign and half the size at least (n,).
+    """
+
+    rate: npt.NDArray[np.float64]
+    turn: npt.NDArray[np.float64]
+    count: npt.NDArray[np.float64]
+
+    @classmethod
+    def begun(cls, rate: npt.NDArray[np.float64]) -> "Zigzag":
+        """After the first step."""
+        return cls(rate, np.zeros_like(rate), np.zeros_like(rate))
+
+    def followed(self, rate: npt.NDArray[np.float64]) -> "Zigzag":
+        """After one more step, with its rate (n,) [K/s]."""
+        turn = rate - self.rate
+        opposite = (turn * self.turn < 0.0) & (np.abs(turn) >= KEPT * np.abs(self.turn))
+        return Zigzag(rate, turn, np.where(opposite, self.count + 1.0, 0.0))
+
+    def amplitude(self, dt: float) -> float:
+        """Largest amplitude of what rings, ±a with a turn of 4a/dt [K].
+
+        Args:
+            dt: length of the last step [s].
+        """
+        rings = self.count >= ALTERNATIONS
+        return float(np.max(np.abs(self.turn), where=rings, initial=0.0)) * dt / 4.0
+
+
+def local_ringing(scheme: TimeScheme, amplitude: float, span: float) -> str:
+    """Say that some temperatures ring, if their amplitude is more than 0.1 % of the range.
+
+    Args:
+        scheme: that made the steps.
+        amplitude: largest one of all ranks [K].
+        span: range of the temperatures [K].
+
+    Returns:
+        A sentence, empty if nothing rings.
+    """
+    if scheme.l_stable or span <= COLD or amplitude <= VISIBLE * span:
+        return ""
+    return (
+        f"temperatures ring by up to {amplitude:.2g} K at some nodes; {scheme.name} does not damp"
+        " what is much faster than a step: take smaller steps, or an L-stable scheme such as dG(1)"
+    )
 
 
 @dataclass(frozen=True)

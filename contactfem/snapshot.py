@@ -10,7 +10,7 @@ from contactfem.archive import Array, Tree
 from contactfem.discretise import Discretisation, GivenMeshes
 from contactfem.meshes.data import MeshData
 from contactfem.meshing import BodyMesh
-from contactfem.ringing import Increment, Increments
+from contactfem.ringing import Increment, Increments, Zigzag
 from contactfem.state import State
 from contactfem.surfaces import Floats, Ints
 from contactfem.thermal import Thermal
@@ -160,7 +160,15 @@ def _of_interface(state: State, k: int) -> Tree:
 def _of_heat(heat: Thermal, state: State) -> Tree:
     """Fields on the thermal meshes, exchanges and increments; collective."""
     comm, increments = heat.system.comm, state.increments
-    scalars = {"temperature": state.theta, "rate": state.rate, "change": increments.last}
+    zigzags = increments.zigzags
+    scalars = {
+        "temperature": state.theta,
+        "rate": state.rate,
+        "change": increments.last,
+        "last_rate": [z.rate for z in zigzags],
+        "turn": [z.turn for z in zigzags],
+        "alternations": [z.count for z in zigzags],
+    }
     bodies: Tree = {}
     for k, body in enumerate(heat.bodies):
         bodies[body.name] = {
@@ -180,7 +188,8 @@ def _of_heat(heat: Thermal, state: State) -> Tree:
 
 
 def _restore_heat(heat: Thermal, tree: Tree, state: State, discretisation: Discretisation) -> None:
-    fields: dict[str, list[Floats]] = {"temperature": [], "rate": [], "change": []}
+    names = ("temperature", "rate", "change", "last_rate", "turn", "alternations")
+    fields: dict[str, list[Floats]] = {name: [] for name in names}
     for body in heat.bodies:
         part = tree["bodies"][body.name]
         _insert(body.displacement_space, part["displacement"], body.u.x.array)
@@ -194,7 +203,10 @@ def _restore_heat(heat: Thermal, tree: Tree, state: State, discretisation: Discr
     state.rate = fields["rate"]
     state.accept_heat(fields["temperature"], exchanges, discretisation)
     recent = tuple(Increment(float(norm), float(inner)) for norm, inner in tree["increments"])
-    state.increments = Increments(tuple(fields["change"]), recent, float(tree["largest"]))
+    columns = (fields[name] for name in ("last_rate", "turn", "alternations"))
+    zigzags = tuple(Zigzag(*arrays) for arrays in zip(*columns, strict=True))
+    largest = float(tree["largest"])
+    state.increments = Increments(tuple(fields["change"]), recent, largest, zigzags)
 
 
 def _of_mesh(mesh: BodyMesh) -> Tree:

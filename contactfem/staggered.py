@@ -27,6 +27,7 @@ class HeatOutcome:
         passes: How often mechanics and heat were solved.
         change: Last change of temperature over its range [-].
         at: The end of the step [s], (1,).
+        dt: Its length [s].
     """
 
     solution: HeatSolution
@@ -34,6 +35,7 @@ class HeatOutcome:
     passes: int
     change: float
     at: Floats
+    dt: float
 
 
 class Staggered:
@@ -79,7 +81,7 @@ class Staggered:
             change = self._relative(difference, solution.theta)
             if settings.max_passes == 1 or change <= settings.tolerance:
                 end = np.array([step.t])
-                return report, HeatOutcome(solution, exchanges, number, change, end)
+                return report, HeatOutcome(solution, exchanges, number, change, end, step.t - t)
             factor = relaxation.factor(difference)
             guess = [a + factor * d for a, d in zip(guess, difference, strict=True)]
             step = self._again(step, conditions)

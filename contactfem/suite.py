@@ -174,7 +174,7 @@ def report_folder(folder: Path, out: Path, console: Console | None = None) -> in
     """
     from rich.console import Console
 
-    from contactfem.report import new_table
+    from contactfem.report_table import new_table
 
     console = Console() if console is None else console
     found: list[Row] = []

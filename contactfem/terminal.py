@@ -38,7 +38,38 @@ def step_line(report: StepReport, force_unit: str = "N/m") -> str:
     status = f"open {report.open}  stick {report.stick}  slip {report.slip}  " if nodes else ""
     newton = f"iterations {report.iterations:2d}  " if report.residuals else ""
     head = f"step {report.step:4d}  t = {engineering(report.t, 's', 4)}  "
-    return f"{head}{newton}{status}{forces}{_heat(report)}{cuts}".rstrip()
+    return f"{head}{newton}{status}{forces}{_heat(report)}{_errors(report)}{cuts}".rstrip()
+
+
+def _errors(report: StepReport) -> str:
+    """Estimated errors of a step, and how often it was taken again for them."""
+    if report.errors is None:
+        return ""
+    found = {name: getattr(report.errors, name) for name in ("mechanics", "heat", "time")}
+    parts = [f"{name} {100.0 * eta:.2g} %" for name, eta in found.items() if eta is not None]
+    again = f"  taken {report.errors.repeats + 1} times" if report.errors.repeats else ""
+    return (f"  errors: {', '.join(parts)}" if parts else "") + again
+
+
+def remesh_lines(report: StepReport) -> list[str]:
+    """Say in a line for each problem which new meshes were made for a step, and why.
+
+    Args:
+        report: the step.
+
+    Returns:
+        The lines.
+    """
+    new = report.errors.remeshes if report.errors is not None else ()
+    lines: dict[tuple[str, float, str], list[str]] = {}
+    for one in new:
+        cells = f"{one.body} {one.cells_before} to {one.cells_after} cells"
+        lines.setdefault((one.problem, one.seconds, one.reason), []).append(cells)
+    return [
+        f"new meshes for {problem} in {seconds:.2g} s: {', '.join(cells)}"
+        + (f" ({reason})" if reason else "")
+        for (problem, seconds, reason), cells in lines.items()
+    ]
 
 
 def _heat(report: StepReport) -> str:
@@ -161,6 +192,8 @@ class Reporter:
         Args:
             report: the step.
         """
+        for line in remesh_lines(report):
+            self.say(line)
         left = self._remaining.words(report) if self._progress is None else ""
         self.say(step_line(report, self._force_unit) + left)
         rings = report.heat.rings if report.heat is not None else ""

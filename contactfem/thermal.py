@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class BodyLink:
     """
 
     def __init__(self, comm: MPI.Comm, mechanics: BodyProblem, heat: HeatBody) -> None:
-        self._mechanics, self._heat = mechanics, heat
+        self._comm, self._mechanics, self._heat = comm, mechanics, heat
         self._same = mechanics.mesh is heat.mesh
         domain = heat.mesh.mesh
         self._u_dofs = dofs_at_vertices(domain, heat.displacement_space)[0]
@@ -41,13 +42,18 @@ class BodyLink:
         self._theta_dofs = dofs_at_vertices(mechanics.mesh.mesh, temperature.function_space)[0]
         if self._same:
             return
-        name = heat.name
-        self._to_heat = VolumeTransfer(comm, mechanics.mesh, heat.mesh, name)
-        self._to_mechanics = VolumeTransfer(comm, heat.mesh, mechanics.mesh, name)
         self._u_source = VertexValues(comm, mechanics.mesh, mechanics.vertex_space)
         self._u_target = VertexValues(comm, heat.mesh, heat.displacement_space)
         self._theta_source = VertexValues(comm, heat.mesh, heat.V)
         self._theta_target = VertexValues(comm, mechanics.mesh, temperature.function_space)
+
+    @cached_property
+    def _to_heat(self) -> VolumeTransfer:
+        return VolumeTransfer(self._comm, self._mechanics.mesh, self._heat.mesh, self._heat.name)
+
+    @cached_property
+    def _to_mechanics(self) -> VolumeTransfer:
+        return VolumeTransfer(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
 
     def deform(self) -> None:
         """Give the heat problem the present displacement; collective."""

@@ -16,17 +16,18 @@ PLAIN = """
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
-    meshes model interface_laws scene element_choice heat_measure measure
-    contradictions heat_links case_links case_errors case friction_choice listing
+    meshes model interface_laws scene element_choice relative_error error_measure heat_measure
+    measure contradictions heat_links case_links case_errors case friction_choice listing
     gaps rigid boxes nearest shapes location constants facets
     archive checkpoint
     expect facts heat_words plausible check mesh_files key_words case_reference
-    charts interface_figure pictures heat_figure figures output report terminal resume
+    charts interface_figure pictures heat_figure figures snapshots film output
+    report_table adaptivity_report report terminal resume
     markup html_style html_steps html_report
     refinement families trial orders study_table study_figure study
     stop stops
-    recovery constrained_recovery interface_recovery relative_error space_error time_error
-    sizes adaptivity
+    recovery constrained_recovery interface_recovery space_error time_error
+    sizes adaptivity mesh_choice
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
     compat jit_cache meshing blocks transfer mesh_view boundary_data body_recovery

@@ -46,6 +46,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "heat": None,
         "study": None,
         "mechanics": True,
+        "adaptivity": None,
         "conditions": (),
         "solver": SimpleNamespace(tolerance=1e-10),
         "output": SimpleNamespace(fields=True, figures=True, times=()),

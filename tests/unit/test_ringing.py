@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactfem.ringing import Increment, ringing
+from contactfem.ringing import Increment, Zigzag, local_ringing, ringing
 from contactfem.time_schemes import NAMES, scheme
 
 CONTINUOUS = [name for name in NAMES if name.startswith("c")]
@@ -124,3 +124,36 @@ def test_message_names_the_scheme_and_the_way_out():
     assert "100 %" in message
     assert "cG(1)" in message
     assert "dG(1)" in message
+
+
+def zigzag(values, dt=1.0):
+    """Zigzag of one temperature over time."""
+    rates = np.diff(values)[:, None] / dt
+    found = Zigzag.begun(rates[0])
+    for rate in rates[1:]:
+        found = found.followed(rate)
+    return found
+
+
+def test_amplitude_of_what_rings_on_a_slope() -> None:
+    """±0.3 on a line that rises by 5 in a step: the norm of the increments does not see it."""
+    n = np.arange(8)
+    for dt in (1.0, 0.1):
+        found = zigzag(5.0 * n + 0.3 * (-1.0) ** n, dt)
+        assert found.amplitude(dt) == pytest.approx(0.3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [np.exp(-0.5 * np.arange(9)), np.sin(0.7 * np.arange(12)), (-0.3) ** np.arange(9)],
+    ids=["decay", "slow oscillation", "gone by itself"],
+)
+def test_no_amplitude_of_what_does_not_ring(values) -> None:
+    assert zigzag(values).amplitude(1.0) == 0.0
+
+
+def test_local_ringing_is_said_above_a_share_of_the_range() -> None:
+    assert "0.2 K" in local_ringing(scheme("cG(1)"), 0.2, 100.0)
+    assert local_ringing(scheme("cG(1)"), 0.05, 100.0) == ""
+    assert local_ringing(scheme("dG(1)"), 0.2, 100.0) == ""
+    assert local_ringing(scheme("cG(1)"), 1e-14, 1e-13) == ""

@@ -72,23 +72,6 @@ def stress_error(case, discretisation, exact, times=2):
     return result
 
 
-def flux_error(discretisation, state, gradient, t, times=1):
-    """True squares of the error and norm of the heat flux, of all bodies; gradient(x (2, n), t)."""
-    error = norm = 0.0
-    for k, body in enumerate(discretisation.heat.bodies):
-        view = MeshView.of(discretisation.system.comm, body.mesh)
-        body.theta.x.array[:] = state.theta[k]
-        flux = view.cells(body.flux_at(None).values())
-        points, cells, origin = subdivided(view.data.points, view.data.cells, times)
-        rule = quadrature(points, cells)
-        x = rule.x.reshape(-1, 2).T
-        k_heat = body.law.conductivity
-        wanted = -k_heat * gradient(x, t).T.reshape(rule.x.shape)
-        error += squared_norms(rule, wanted - flux[origin]).sum() / k_heat
-        norm += squared_norms(rule, wanted).sum() / k_heat
-    return error, norm
-
-
 def vertex_temperatures(discretisation, state):
     """Temperatures at the vertices of every thermal mesh, with the mesh, on all ranks."""
     comm = discretisation.system.comm

@@ -1,0 +1,169 @@
+"""The tire on coarse meshes: contact, friction, heat and all three kinds of adaptivity at once."""
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpi4py import MPI
+
+from contactfem.case import read_case
+from contactfem.run import run_case
+
+CASE = Path(__file__).parents[2] / "cases" / "tire_small.toml"
+FRICTION = 0.4
+SLIDES = 0.060  # a time at which the whole tread slides [s]
+
+
+def nodes(folder, t):
+    """Columns of the nodes of the interface at a time."""
+    with (folder / f"interface_patch_t={t:g}.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    names = {name: name.split(" ")[0] for name in rows[0]}
+    columns = {names[key]: [row[key] for row in rows] for key in rows[0] if key != "status"}
+    found = {key: np.array(column, float) for key, column in columns.items()}
+    found["status"] = np.array([row["status"] for row in rows])
+    return found
+
+
+def key_numbers(result, folder):
+    """What the regression holds: pressure, width, friction, temperature, balance, remeshes."""
+    node = nodes(folder, SLIDES)
+    active = node["status"] != "open"
+    weight = node["cover"] * node["facet_length"]
+    (step,) = (step for step in result.steps if math.isclose(step.t, SLIDES))
+    made = [r for step in result.steps for r in step.errors.remeshes]
+    heat = [step.heat for step in result.steps]
+    return {
+        "pressure": node["pressure"].max(),
+        "front": node["x"][active].max(),
+        "width": weight[active].sum(),
+        "friction": step.forces["patch"][0],
+        "pressing": -step.forces["patch"][1],
+        "hottest": max(h.temperature_max for h in heat),
+        "work": sum(step.dissipation for step in result.steps),
+        "heat": sum(h.friction for h in heat),
+        "stored": sum(h.stored - sum(h.held.values()) for h in heat),
+        "stress_remeshes": sum(r.problem == "mechanics" and r.body == "tire" for r in made),
+        "heat_remeshes": sum(r.problem == "heat" and r.body == "tire" for r in made),
+        "repeats": sum(step.errors.repeats for step in result.steps),
+    }
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tire")
+    result = run_case(read_case(CASE), MPI.COMM_SELF, folder)
+    return result, folder, key_numbers(result, folder)
+
+
+def sliding(result):
+    """Steps in which the whole tread slides forwards."""
+    return [s for s in result.steps if s.stick == 0 and s.slip > 0 and 0.02 < s.t <= 0.075]
+
+
+def test_it_gets_to_the_end(run):
+    result, _, _ = run
+    assert result.converged
+    assert result.steps[-1].t == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("t", [0.045, 0.060, 0.075])
+def test_traction_is_at_its_limit_where_the_tread_slides(run, t):
+    """Node by node, so the friction force is the coefficient times the normal force, exactly."""
+    _, folder, _ = run
+    node = nodes(folder, t)
+    active = node["status"] != "open"
+    assert set(node["status"][active]) == {"slip"}
+    weight = node["cover"] * node["facet_length"]
+    friction, normal = weight @ node["traction"], weight @ node["pressure"]
+    assert abs(friction) == pytest.approx(FRICTION * normal, rel=1e-9)
+
+
+def test_plateau(run):
+    """Upwards the tread carries what is put on it, to the tolerance of Newton's method.
+
+    The horizontal force exceeds its share: the front of the contact is inclined, on these meshes by
+    a degree.
+    """
+    result, _, _ = run
+    steps = sliding(result)
+    assert len(steps) > 10
+    for step in steps:
+        horizontal, vertical = step.forces["patch"]
+        assert vertical == pytest.approx(-26.4e3, rel=1e-8)  # p_i over the opening, and 2 F_v
+        tilt = math.atan2(horizontal, -vertical) - math.atan(FRICTION)
+        assert 0.0 <= tilt < math.radians(1.5)
+
+
+def test_all_work_of_friction_becomes_heat(run):
+    result, _, numbers = run
+    assert numbers["heat"] == pytest.approx(numbers["work"], rel=1e-8)
+    assert numbers["stored"] == pytest.approx(numbers["heat"], rel=1e-8)
+    for step in result.steps:
+        assert step.heat.friction == pytest.approx(step.dissipation, rel=1e-8, abs=1e-12)
+
+
+def test_heating_starts_with_sliding(run):
+    result, _, numbers = run
+    first = sliding(result)[0].t
+    before = [s.heat.temperature_max for s in result.steps if s.t < first]
+    assert max(before) < 0.01 * numbers["hottest"]
+    after = [s.heat.temperature_max for s in sliding(result)]
+    assert all(a < b for a, b in pairwise(after))
+
+
+def test_the_hottest_place_is_on_the_tire(run):
+    """Its tread stays in contact, the ground under it does not."""
+    _, folder, _ = run
+    node = nodes(folder, 0.075)
+    side = {key: np.nanmax(node[key]) for key in ("temperature", "mortar_temperature")}
+    assert side["temperature"] > 2.0 * side["mortar_temperature"] > 0.0
+
+
+def test_it_springs_back(run):
+    """When the rim has gone back the tread rests: it sticks, without work, and cools."""
+    result, _, _ = run
+    rest = [step for step in result.steps if step.t > 0.0875]
+    assert abs(rest[-1].forces["patch"][0]) < 0.5 * FRICTION * 26.4e3
+    assert sum(step.dissipation for step in rest) < 1e-6 * result.steps[-1].heat.temperature_max
+    hottest = [step.heat.temperature_max for step in rest]
+    assert all(a > b for a, b in pairwise(hottest))
+
+
+def test_all_kinds_of_adaptivity_act(run):
+    """Stresses from t1 on, heat and steps as soon as there is heat; and the meshes differ."""
+    result, _, numbers = run
+    assert numbers["stress_remeshes"] >= 1
+    assert numbers["heat_remeshes"] >= 1
+    assert numbers["repeats"] >= 1
+    for step in result.steps:
+        assert (step.errors.mechanics is None) == (step.t <= 0.010 * (1.0 + 1e-9))
+        assert step.errors.heat is None or step.t > 0.02
+    last = result.steps[-1].errors
+    assert last.cells != last.thermal_cells
+    adaptivity = result.case.adaptivity
+    for step in result.steps:
+        if any(r.problem == "mechanics" for r in step.errors.remeshes):
+            assert step.errors.mechanics <= adaptivity.for_mechanics()
+
+
+@pytest.mark.mpi
+def test_ranks_agree():
+    """Until the tread slides, with several new meshes."""
+    case = read_case(CASE, ('time.end="30 ms"', "output.times=[]"))
+    alone, together = (run_case(case, comm, None) for comm in (MPI.COMM_SELF, MPI.COMM_WORLD))
+    assert len(alone.steps) == len(together.steps)
+    assert sum(len(step.errors.remeshes) for step in alone.steps) >= 4
+    for one, many in zip(alone.steps, together.steps, strict=True):
+        assert many.errors.cells == one.errors.cells
+        assert many.errors.mechanics == (
+            one.errors.mechanics and pytest.approx(one.errors.mechanics, rel=1e-6)
+        )
+        assert many.forces["patch"] == pytest.approx(one.forces["patch"], rel=1e-6, abs=1e-6)
+        assert many.heat.temperature_max == pytest.approx(
+            one.heat.temperature_max, rel=1e-5, abs=1e-12
+        )
