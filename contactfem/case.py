@@ -177,6 +177,26 @@ class Expectation(Model):
         return self
 
 
+class Study(Model):
+    """What `contactfem study` takes for the error of a run.
+
+    `error`: a measured number that is one, such as "sole.pressure_error_l2". Or else a `quantity`,
+    whose distance from its `reference` is taken [SI], or from that of the finest run.
+    """
+
+    error: str | None = None
+    quantity: str | None = None
+    reference: Number | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.error is None) == (self.quantity is None):
+            raise ValueError("give either an error or a quantity")
+        if self.reference is not None and self.quantity is None:
+            raise ValueError("a reference goes with a quantity")
+        return self
+
+
 class ClosedForm(Model):
     """Closed form that an interface is compared with."""
 
@@ -230,6 +250,7 @@ class Case(Model):
     solver: Solver = Field(default_factory=Solver)
     output: Output = Field(default_factory=Output)
     expect: dict[str, Expectation] = {}
+    study: Study | None = None
     variants: dict[Name, dict[str, Any]] = {}
     path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
     contents: SkipJsonSchema[dict[str, Any]] = Field(default={}, exclude=True, repr=False)

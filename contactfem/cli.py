@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, report, film, schema."""
+"""The command line: check, mesh, run, resume, study, report, film, schema."""
 
 import argparse
 import glob
@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from contactfem import __version__
+from contactfem.cli_study import add_study_options, study_command
 from contactfem.errors import CaseError, ContactfemError, ExitCode
 
 INTERRUPTED = 130  # as shells have it
@@ -54,13 +55,14 @@ def parser() -> argparse.ArgumentParser:
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
+    study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
     film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     schema.add_argument(
         "--markdown", action="store_true", help="all keys as a page to read instead"
     )
-    for verb in (check, mesh, run):
+    for verb in (check, mesh, run, study):
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
         _add_set(verb, "change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'")
@@ -74,6 +76,7 @@ def parser() -> argparse.ArgumentParser:
         help="folder to write to; runs/CASE[-VARIANT] if not given. "
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
+    add_study_options(study)
     film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     film.add_argument(
         "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"

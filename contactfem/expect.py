@@ -39,20 +39,23 @@ class Verdict:
 
 
 def check_names(case: Case) -> None:
-    """Make sure that everything the case expects can be measured, before it is run.
+    """Make sure that all that the case expects and studies can be measured, before it is run.
 
     Args:
         case: the case.
 
     Raises:
-        CaseError: if it expects a number that no run of it measures.
+        CaseError: if it names a number that no run of it measures.
     """
     known = measurable(case)
-    for key in case.expect:
+    named = [("expect", key) for key in case.expect]
+    if case.study is not None:
+        named.append(("study", case.study.error or case.study.quantity or ""))
+    for table, key in named:
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise CaseError(f"{case.path}: expect: nothing measures '{key}'{hint}")
+            raise CaseError(f"{case.path}: {table}: nothing measures '{key}'{hint}")
 
 
 def _bounds(expectation: Expectation) -> tuple[float, float]:

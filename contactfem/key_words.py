@@ -43,6 +43,7 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "solver": "Newton's method and the linear solver",
         "output": "what is written",
         "expect": "numbers that must come out, by name",
+        "study": "what is the error of a run where runs are compared",
         "variants": "changes of keys that make another case, by name",
     },
     "Material": {

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge
 from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
@@ -36,6 +36,15 @@ class Structured(Builder):
     def cell_type(self) -> CellName:
         """Kind of the cells."""
         return self.cell
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Numbers of cells, and gradings with which old lines of the array stay."""
+        nx, ny = more(self.nx, factor), more(self.ny, factor)
+        counts = ((self.nx, nx), (self.ny, ny))
+        grading = [
+            between(ratio, *count) for ratio, count in zip(self.grading, counts, strict=True)
+        ]
+        return {"nx": nx, "ny": ny} | ({"grading": grading} if grading != [1.0, 1.0] else {})
 
     def lines(self) -> tuple[Floats, Floats]:
         """Coordinates (nx + 1,) and (ny + 1,) [m] of the lines of the array."""
@@ -101,6 +110,15 @@ class Block(Structured):
             return []
         ends = [self.corner[0], *self.split, self.corner[0] + self.width]
         return [(f"top_{k + 1}", a, b) for k, (a, b) in enumerate(pairwise(ends))]
+
+
+def between(ratio: float, old: int, new: int) -> float:
+    """Grading of `new` cells along the curve that `old` ones with a grading follow.
+
+    Sizes grow by q per cell, q^(old - 1) the grading; with q^(old/new) every old node is one of the
+    new ones if their number is a multiple.
+    """
+    return float(ratio ** (old * (new - 1) / (new * (old - 1)))) if old > 1 else 1.0
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float) -> dict[str, Floats]:

@@ -1,10 +1,10 @@
 """Box of hexahedra or tetrahedra."""
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.data import CellName, Floats, Ints, MeshData, boundary_facets, mesh_data
 from contactfem.units import Length
 
@@ -44,6 +44,10 @@ class Box(Builder):
     def cell_type(self) -> CellName:
         """Kind of the cells."""
         return self.cell
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Numbers of cells."""
+        return {name: more(getattr(self, name), factor) for name in ("nx", "ny", "nz")}
 
     def build(self) -> MeshData:
         """Structured mesh of nx by ny by nz hexahedra, or of these split into tetrahedra."""

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -55,6 +55,25 @@ class Builder(BaseModel, ABC):
         """
         return adapt(self.curves(), field, np.array(keep, dtype=np.float64).reshape(-1, 2))
 
+    def refined(self, factor: float) -> Self:
+        """The same geometry and groups with cells that are smaller everywhere.
+
+        Args:
+            factor: how many times smaller; counts are rounded.
+
+        Returns:
+            The builder.
+
+        Raises:
+            MeshError: the mesh has no sizes.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return self.model_validate(given | self.refinement(factor))
+
+    @abstractmethod
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Keys of a case file's table, and their values there, that `refined` changes."""
+
     def cell_type(self) -> CellName:
         """Kind of the cells, without meshing."""
         return "triangle"
@@ -63,3 +82,17 @@ class Builder(BaseModel, ABC):
         """Smallest and largest coordinates (2, 2) [m] of the outline."""
         points = np.concatenate(list(self.outline().values()))
         return np.array([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])
+
+
+def more(count: int, factor: float, multiple: int = 1) -> int:
+    """A count times a factor, rounded to a multiple, at least one of these."""
+    return multiple * max(1, round(count * factor / multiple))
+
+
+def smaller(factor: float, growth: float, **sizes: float) -> dict[str, Any]:
+    """Sizes [m] and their growth per distance [-] over a factor, as a case file gives them.
+
+    With the growth too, sizes are divided everywhere: size + growth * distance.
+    """
+    lengths = {name: f"{size / factor!r} m" for name, size in sizes.items()}
+    return lengths | {"growth": min(1.0, growth / factor)}

@@ -1,11 +1,11 @@
 """Half or quarter of a cylinder's cross section, fine where it touches."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.fan import fan
@@ -42,10 +42,14 @@ class Cylinder(Builder):
             raise ValueError("size: must not be larger than the zone")
         return self
 
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Sizes and their growth."""
+        return smaller(factor, self.growth, size=self.size, coarse=self._largest())
+
     def build(self) -> MeshData:
         """A quarter, or with its mirror image a half."""
         r = self.radius
-        coarse = max(self.size, self.coarse if self.coarse is not None else r / 8)
+        coarse = self._largest()
         if self.cell == "quadrilateral":
             data = fan(r, self.zone, self.size, self.growth, coarse)
         else:
@@ -63,6 +67,10 @@ class Cylinder(Builder):
             edges = [*mapped(arc, (-1.0, 1.0), (0.0, 0.0)), *arc, flat]
         up = 1.0 if self.side == "upper" else -1.0
         return (tuple(mapped(edges, (1.0, up), self.point)),)
+
+    def _largest(self) -> float:
+        """Largest cell size [m]."""
+        return max(self.size, self.coarse if self.coarse is not None else self.radius / 8)
 
     def _triangles(self, coarse: float) -> MeshData:
         """Quarter in the frame with the contact point at the origin."""

@@ -1,11 +1,11 @@
 """A die: a rectangle whose bottom is a circular arc."""
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.grid import grid
@@ -37,6 +37,10 @@ class Die(Builder):
     def sagitta(self) -> float:
         """Height of the arc, R - sqrt(R² - w²/4) [m]."""
         return self.radius - float(np.sqrt(self.radius**2 - 0.25 * self.width**2))
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Numbers of facets."""
+        return {"n_arc": more(self.n_arc, factor), "n_side": more(self.n_side, factor)}
 
     def build(self) -> MeshData:
         """Quadrilaterals in columns above the facets of the arc."""

@@ -1,11 +1,11 @@
 """Whole disk and ring, round where they touch in the mean over a facet."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, Count, PositiveLength
+from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge, FairCircle
 from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
 from contactfem.units import Length
@@ -26,6 +26,10 @@ class Disk(Builder):
     center: tuple[Length, Length] = (0.0, 0.0)
     facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=8)]
     layers: Count
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Numbers of facets and layers."""
+        return {"facets": more(self.facets, factor, 8), "layers": more(self.layers, factor)}
 
     def build(self) -> MeshData:
         """Quadrilaterals; the centre is a node, and four nodes of the rim lie on the axes."""
@@ -75,6 +79,10 @@ class Ring(Builder):
         if self.outer_radius <= self.inner_radius:
             raise ValueError("outer_radius: must be larger than inner_radius")
         return self
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Numbers of facets and layers."""
+        return {"facets": more(self.facets, factor, 4), "layers": more(self.layers, factor)}
 
     def build(self) -> MeshData:
         """Quadrilaterals in polar order; four nodes of each circle lie on the axes."""

@@ -65,6 +65,14 @@ class MeshFile(Builder):
         """
         return self._mesh
 
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Nothing in a file can be made finer.
+
+        Raises:
+            MeshError: always.
+        """
+        raise MeshError(f"{self.file}: a mesh from a file cannot be refined; let it adapt instead")
+
     @cached_property
     def _mesh(self) -> MeshData:
         """The mesh, read once."""

@@ -1,12 +1,12 @@
 """Rectangle of triangles that is fine on a part of its top or bottom."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.block import rectangle
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import triangulate
@@ -40,12 +40,14 @@ class GradedBlock(Builder):
             raise ValueError(f"zone: must be a part of the width, from {x0} m to {x1} m")
         return self
 
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Sizes and their growth."""
+        return smaller(factor, self.growth, size=self.size, coarse=self._largest())
+
     def build(self) -> MeshData:
         """Triangles, made with the fine part on top and turned over if it is the bottom."""
-        w, h = self.width, self.height
-        coarse = max(self.size, self.coarse if self.coarse is not None else max(w, h) / 8)
-        data = triangulate(self._edges(), self.size, self.growth, coarse)
-        points = data.points if self.side == "top" else data.points * [1, -1] + [0, h]
+        data = triangulate(self._edges(), self.size, self.growth, self._largest())
+        points = data.points if self.side == "top" else data.points * [1, -1] + [0, self.height]
         return mesh_data(points + np.array(self.corner), data.cells, data.cell_type, data.groups)
 
     def curves(self) -> Boundary:
@@ -54,6 +56,11 @@ class GradedBlock(Builder):
         if self.side == "top":
             return (tuple(mapped(self._edges(), (1.0, 1.0), (x0, y0))),)
         return (tuple(mapped(self._edges(), (1.0, -1.0), (x0, y0 + self.height))),)
+
+    def _largest(self) -> float:
+        """Largest cell size [m]."""
+        usual = max(self.width, self.height) / 8
+        return max(self.size, self.coarse if self.coarse is not None else usual)
 
     def _edges(self) -> list[Edge]:
         """Sides of the block with its corner at the origin and the fine part on top."""

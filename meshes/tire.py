@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 from math import hypot, sqrt
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, smaller
 from contactfem.meshes.curves import Boundary, Edge, equal_parts, mapped, outlined
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import doubled, triangulate
@@ -130,6 +130,10 @@ class Tire(Builder):
                 f"wall_thickness: the inner surface comes as close as {distance:.3g} m to the outer"
             )
         return self
+
+    def refinement(self, factor: float) -> dict[str, Any]:
+        """Sizes and their growth."""
+        return smaller(factor, self.growth, size=self.size, tread_size=self.tread_size)
 
     def build(self) -> MeshData:
         """Triangles, a half and its mirror image."""

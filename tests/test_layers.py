@@ -24,6 +24,7 @@ PLAIN = """
     charts interface_figure pictures heat_figure figures snapshots film output
     report_table adaptivity_report report terminal resume
     markup html_style html_steps html_report
+    refinement families trial orders study_table study_figure study
     stop stops
     recovery constrained_recovery interface_recovery space_error time_error
     sizes adaptivity mesh_choice
@@ -38,7 +39,7 @@ PARALLEL = """
     discretise_heat fields discretise diagnosis state staggered heat_record
     estimate remesh adapt gathering recorder
     packing snapshot keeper first_contact outcome run
-    suite cli_run cli
+    suite cli_run cli_study cli
 """
 ORDER = (PLAIN + PARALLEL).split()
 COMMAND_LINE = {"cli", "cli_run"}

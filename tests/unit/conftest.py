@@ -44,6 +44,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         },
         "obstacles": {},
         "heat": None,
+        "study": None,
         "mechanics": True,
         "adaptivity": None,
         "conditions": (),
