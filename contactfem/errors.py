@@ -35,3 +35,8 @@ class MeshError(CaseError):
 
 class SolverError(ContactfemError):
     """The solver gave up; the last good state was kept."""
+
+
+def one_line(text: str) -> str:
+    """A text in one line that a terminal shows as it is: line breaks and the like are escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
