@@ -13,7 +13,7 @@ from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 from contactfem.units import Length
 
-Ratio = Annotated[float, Field(gt=0)]
+Ratio = Annotated[float, Field(ge=1e-6, le=1e6)]
 SAME_LINE = 1e-9  # relative to the width
 
 
@@ -36,6 +36,10 @@ class Structured(Builder):
     def cell_type(self) -> CellName:
         """Kind of the cells."""
         return self.cell
+
+    def cell_count(self) -> float:
+        """Quadrilaterals of the array."""
+        return float(self.nx * self.ny)
 
     def lines(self) -> tuple[Floats, Floats]:
         """Coordinates (nx + 1,) and (ny + 1,) [m] of the lines of the array."""

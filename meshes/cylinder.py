@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, graded_count
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.fan import fan
@@ -41,6 +41,12 @@ class Cylinder(Builder):
         if not self.size <= self.zone:
             raise ValueError("size: must not be larger than the zone")
         return self
+
+    def cell_count(self) -> float:
+        """Of a quarter, as sizes grow from its fine part."""
+        r = self.radius
+        coarse = max(self.size, self.coarse if self.coarse is not None else r / 8)
+        return graded_count(min(self.zone, r), self.size, self.growth, coarse, r)
 
     def build(self) -> MeshData:
         """A quarter, or with its mirror image a half."""

@@ -38,6 +38,10 @@ class Die(Builder):
         """Height of the arc, R - sqrt(R² - w²/4) [m]."""
         return self.radius - float(np.sqrt(self.radius**2 - 0.25 * self.width**2))
 
+    def cell_count(self) -> float:
+        """Quadrilaterals of the array."""
+        return float(self.n_arc * self.n_side)
+
     def build(self) -> MeshData:
         """Quadrilaterals in columns above the facets of the arc."""
         bottom = self._arc(self.n_arc)

@@ -27,6 +27,10 @@ class Disk(Builder):
     facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=8)]
     layers: Count
 
+    def cell_count(self) -> float:
+        """Quadrilaterals of the core and the layers."""
+        return float((self.facets // 4) ** 2 + self.facets * self.layers)
+
     def build(self) -> MeshData:
         """Quadrilaterals; the centre is a node, and four nodes of the rim lie on the axes."""
         n = self.facets // 4
@@ -75,6 +79,10 @@ class Ring(Builder):
         if self.outer_radius <= self.inner_radius:
             raise ValueError("outer_radius: must be larger than inner_radius")
         return self
+
+    def cell_count(self) -> float:
+        """Quadrilaterals of the layers."""
+        return float(self.facets * self.layers)
 
     def build(self) -> MeshData:
         """Quadrilaterals in polar order; four nodes of each circle lie on the axes."""

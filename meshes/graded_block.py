@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.block import rectangle
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, graded_count
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import triangulate
@@ -39,6 +39,12 @@ class GradedBlock(Builder):
         if not x0 - slack <= self.zone[0] < self.zone[1] <= x1 + slack:
             raise ValueError(f"zone: must be a part of the width, from {x0} m to {x1} m")
         return self
+
+    def cell_count(self) -> float:
+        """As sizes grow from the fine part."""
+        extent, zone = max(self.width, self.height), self.zone[1] - self.zone[0]
+        coarse = max(self.size, self.coarse if self.coarse is not None else extent / 8)
+        return graded_count(max(zone, 0.0), self.size, self.growth, coarse, extent)
 
     def build(self) -> MeshData:
         """Triangles, made with the fine part on top and turned over if it is the bottom."""

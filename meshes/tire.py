@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength
+from contactfem.meshes.builder import Builder, PositiveLength, graded_count
 from contactfem.meshes.curves import Boundary, Edge, equal_parts, mapped, outlined
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import doubled, triangulate
@@ -130,6 +130,12 @@ class Tire(Builder):
                 f"wall_thickness: the inner surface comes as close as {distance:.3g} m to the outer"
             )
         return self
+
+    def cell_count(self) -> float:
+        """Of a half, as sizes grow from its tread."""
+        tread = 0.5 * self.tread_width + self.shoulder
+        extent = max(self.width, self.height)
+        return graded_count(tread, self.tread_size, self.growth, self.size, extent)
 
     def build(self) -> MeshData:
         """Triangles, a half and its mirror image."""
