@@ -127,8 +127,8 @@ def check_points(points: Floats, cells: Ints) -> None:
         cells: vertices (m, nv) of cells or facets, of one kind.
 
     Raises:
-        MeshError: a vertex that is no point, a point whose coordinates are not finite or huge, or all
-            points in one place.
+        MeshError: a vertex that is no point, a point whose coordinates are not finite or huge, or
+            all points in one place.
     """
     if not len(cells):
         raise MeshError("has no cells")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength, graded_count
+from contactfem.meshes.builder import Builder, PositiveLength
 from contactfem.meshes.curves import Boundary, Edge, equal_parts, mapped, outlined
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import doubled, triangulate
@@ -132,10 +132,10 @@ class Tire(Builder):
         return self
 
     def cell_count(self) -> float:
-        """Of a half, as sizes grow from its tread."""
-        tread = 0.5 * self.tread_width + self.shoulder
-        extent = max(self.width, self.height)
-        return graded_count(tread, self.tread_size, self.growth, self.size, extent)
+        """Of a half: so many triangles on its tread, and on the rest as on a strip of that."""
+        thick = max(self.tread_thickness, self.wall_thickness, self.flange_thickness)
+        tread, half = 0.5 * self.tread_width + self.shoulder, 0.5 * self.width + self.height
+        return 2.3 * thick * (tread / self.tread_size**2 + half / self.size**2)
 
     def build(self) -> MeshData:
         """Triangles, a half and its mirror image."""

@@ -34,9 +34,7 @@ def case_of(file: Path, body: bool) -> Path:
 
 
 @given(data=st.data(), body=st.booleans())
-def test_any_mesh_file_is_read_or_refused(
-    data: st.DataObject, body: bool, tmp_path: Path
-) -> None:
+def test_any_mesh_file_is_read_or_refused(data: st.DataObject, body: bool, tmp_path: Path) -> None:
     check(case_of(data.draw(mesh_files(tmp_path)), body))
 
 

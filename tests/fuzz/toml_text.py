@@ -1,11 +1,11 @@
 """Write what tomllib reads: one key per line at the top level, everything below it inline."""
 
-import datetime
+import datetime as dt
 import json
 import math
 from typing import Any
 
-TIMES = datetime.date | datetime.time | datetime.datetime
+TIMES = dt.date | dt.time | dt.datetime
 
 
 def dumps(table: dict[str, Any]) -> str:
