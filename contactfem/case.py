@@ -11,7 +11,7 @@ from pydantic.json_schema import SkipJsonSchema
 
 from contactfem.case_errors import error_lines
 from contactfem.case_links import broken_links
-from contactfem.errors import CaseError, MeshError
+from contactfem.errors import CaseError, MeshError, one_line
 from contactfem.model import Flag, Model, Name, NonNegative
 from contactfem.overrides import override, with_variant
 from contactfem.references import CLOSED_FORMS, closed_form
@@ -262,7 +262,7 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _linked(self) -> Self:
-        lines = [f"{self.path}: {line}" for line in broken_links(self)]
+        lines = [f"{self.path}: {one_line(line)}" for line in broken_links(self)]
         if lines:
             raise CaseError("\n".join(lines))
         return self
@@ -310,7 +310,7 @@ def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | No
         for text in overrides:
             raw = override(raw, text)
     except CaseError as error:
-        raise CaseError(f"{path}: {error}") from None
+        raise CaseError(f"{path}: {one_line(str(error))}") from None
     return case_of(raw, path)
 
 
@@ -339,7 +339,7 @@ def case_of(raw: dict[str, Any], path: Path) -> Case:
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {s}" for s in error_lines(error, Case, raw))) from None
     except MeshError as error:
-        raise CaseError(f"{path}: {error}") from None
+        raise CaseError(f"{path}: {one_line(str(error))}") from None
 
 
 def _toml(path: Path) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from contactfem.errors import one_line
 from contactfem.overrides import nearest
 
 # what people write, and what it is called here
@@ -47,6 +48,8 @@ TAGS = {
     "union_tag_not_found": "shape",
     "union_tag_invalid": "shape",
 }
+# errors that another one has led to: newer pydantic tells which defaults it could not work out
+CONSEQUENCES = ("default_factory_not_called",)
 NAME = "must be a name of letters, digits, '_' and '-'"
 
 
@@ -61,7 +64,8 @@ def error_lines(error: ValidationError, model: type[BaseModel], raw: object) -> 
     Returns:
         The lines, without the file's name.
     """
-    return [_line(details, model, raw) for details in error.errors(include_url=False)]
+    found = [d for d in error.errors(include_url=False) if d["type"] not in CONSEQUENCES]
+    return [one_line(_line(details, model, raw)) for details in found]
 
 
 def allowed_keys(kind: Any, keys: Sequence[str | int], raw: object) -> list[str]:

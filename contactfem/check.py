@@ -9,7 +9,7 @@ import numpy.typing as npt
 from contactfem.case import Case
 from contactfem.element_choice import describe_element
 from contactfem.engineering import engineering
-from contactfem.errors import CaseError, MeshError
+from contactfem.errors import CaseError, MeshError, one_line
 from contactfem.facts import interface_facts
 from contactfem.gaps import obstacle_gap, surface_gap
 from contactfem.heat_words import heat_words
@@ -64,12 +64,13 @@ def check_case(case: Case) -> str:
         _section("interfaces", _interfaces(case, lines)),
         _section("values in SI, * where the case file does not give them", _marked(case)),
     ]
-    return "\n\n".join(section for section in sections if section)
+    text = "\n\n".join(section for section in sections if section)
+    return "\n".join(one_line(line) for line in text.split("\n"))
 
 
 def describe(case: Case) -> str:
     """Title of a case, what it models and what it leaves out, as a text of a few lines."""
-    return f"{case.title}\n{_section(str(case.path), _scene(case))}"
+    return f"{one_line(case.title)}\n{_section(str(case.path), _scene(case))}"
 
 
 def _section(title: str, rows: Iterable[tuple[str, str]]) -> str:
@@ -97,7 +98,8 @@ def outlines(case: Case) -> Outlines:
         try:
             lines[name] = body.mesh.outline()
         except MeshError as error:
-            raise CaseError(f"{case.path}: bodies.{name}.mesh: {error}") from None
+            why = one_line(str(error))
+            raise CaseError(f"{case.path}: bodies.{name}.mesh: {why}") from None
         if isinstance(body.mesh, MeshFile):
             _check_file(case, name, lines[name])
     return lines
@@ -211,7 +213,8 @@ def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
     for condition in conditions:
         if condition.kind in ("displacement", "grip"):
             at = condition.at
-            place = np.array([at]) if at is not None else lines[condition.surface or ""]
+            place = np.array([at] if at is not None else lines[condition.surface or ""])
+            place = place[~np.isnan(place[:, 0])]  # rows of NaN keep chains apart
             mask = [axis in condition.components() for axis in "xyz"[: len(low)]]
             points.append(place)
             prescribed.append(np.broadcast_to(mask, place.shape))
@@ -242,7 +245,7 @@ def _takes_part(body: str, sides: Interface) -> bool:
 def _extent(lines: dict[str, Floats]) -> Floats:
     """Smallest and largest coordinates (2, dim) [m]."""
     points = np.concatenate(list(lines.values()))
-    return np.array([points.min(axis=0), points.max(axis=0)])
+    return np.array([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])
 
 
 def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
@@ -254,7 +257,8 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
         else:
             other, _, face = sides.mortar.partition(".")
             gap = surface_gap(line, lines[other][face])
-        size = float(np.linalg.norm(np.ptp(line, axis=0)))
+        low, high = _extent({surface: line})
+        size = float(np.linalg.norm(high - low))
         yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {_gap(gap, size)}"
         if case.axes == 2:
             for text in interface_facts(case, sides):

@@ -44,6 +44,13 @@ def create_mesh(
     return _create_mesh(comm, cells=cells, x=points, e=domain, partitioner=partitioner)
 
 
+def cell_nodes(mesh: Mesh) -> npt.NDArray[np.int32]:
+    """Geometry nodes of all local cells, (cells, nv); the mesh has one kind of cells."""
+    geometry = mesh.geometry
+    nodes = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+    return np.asarray(nodes)
+
+
 def assemble_into(A: PETSc.Mat, form: fem.Form) -> None:
     """Add a bilinear form to a matrix through its local-to-global maps, dof by dof.
 

@@ -71,7 +71,7 @@ class Coupling:
             Two patterns (n_nonmortar, n_nodes).
         """
         mesh = self._nodes.mesh
-        used = sp.diags((np.diff(self.wide.indptr) > 0).astype(np.int32))
+        used = sp.diags((np.diff(self.wide.indptr) > 0).astype(np.float64))
         own = sp.eye(mesh.n_nonmortar, mesh.n_nodes, dtype=np.int32, format="csr")
         reach = own
         for _ in range(NORMAL_REACH):

@@ -50,3 +50,8 @@ class Interrupted(ContactfemError):
 
 class CheckpointError(CaseError):
     """A run that cannot be resumed as it stands."""
+
+
+def one_line(text: str) -> str:
+    """A text in one line that a terminal shows as it is: line breaks and the like are escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

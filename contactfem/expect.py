@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from contactfem.errors import CaseError
+from contactfem.errors import CaseError, one_line
 from contactfem.measure import measurable, measure
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def check_names(case: Case) -> None:
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise CaseError(f"{case.path}: {table}: nothing measures '{key}'{hint}")
+            raise CaseError(f"{case.path}: {table}: nothing measures '{one_line(key)}'{hint}")
 
 
 def _bounds(expectation: Expectation) -> tuple[float, float]:

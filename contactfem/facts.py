@@ -8,7 +8,7 @@ import numpy.typing as npt
 from contactfem.case import Case
 from contactfem.constants import constants, facet_lengths
 from contactfem.engineering import scale_for
-from contactfem.errors import CaseError, MeshError
+from contactfem.errors import CaseError, MeshError, one_line
 from contactfem.facets import match
 from contactfem.meshes.data import Surface
 from contactfem.scene import Interface
@@ -56,7 +56,7 @@ def _side(case: Case, on: str) -> tuple[Surface, float]:
     try:
         return case.bodies[body].mesh.build().surface(surface), material.E
     except MeshError as error:
-        raise CaseError(f"{case.path}: bodies.{body}.mesh: {error}") from None
+        raise CaseError(f"{case.path}: bodies.{body}.mesh: {one_line(str(error))}") from None
 
 
 def _hints(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterator[str]:

@@ -14,7 +14,7 @@ def obstacle_gap(line: Floats, obstacle: Plane | Circle | Polyline) -> float | N
     """Smallest gap to an obstacle, negative where the body reaches into it.
 
     Args:
-        line: polyline of the nonmortar side (k, 2) [m].
+        line: polyline of the nonmortar side (k, 2) [m]; rows of NaN keep chains apart.
         obstacle: the obstacle at rest.
 
     Returns:
@@ -22,7 +22,7 @@ def obstacle_gap(line: Floats, obstacle: Plane | Circle | Polyline) -> float | N
     """
     if isinstance(obstacle, Polyline):
         return surface_gap(line, obstacle.chain)
-    points = refined(line)
+    points = np.concatenate([refined(chain) for chain in chains(line)])
     if isinstance(obstacle, Plane):
         return float(np.min((points - obstacle.point) @ np.array(obstacle.normal)))
     distance = np.linalg.norm(points - obstacle.center, axis=1) - obstacle.radius
@@ -35,14 +35,22 @@ def surface_gap(nonmortar: Floats, mortar: Floats) -> float | None:
     Every point looks for the nearest piece of the other line that faces it, from either side.
 
     Args:
-        nonmortar: (k, 2) [m].
-        mortar: (l, 2) [m].
+        nonmortar: (k, 2) [m]; rows of NaN keep chains apart.
+        mortar: (l, 2) [m], likewise.
 
     Returns:
         The gap, negative where the bodies overlap [m]; None if the lines nowhere face each other.
     """
-    gaps = np.concatenate([_gaps(nonmortar, mortar), _gaps(mortar, nonmortar)])
+    found = [_gaps(chain, mortar) for chain in chains(nonmortar)]
+    found += [_gaps(chain, nonmortar) for chain in chains(mortar)]
+    gaps = np.concatenate(found)
     return float(np.min(gaps)) if len(gaps) else None
+
+
+def chains(line: Floats) -> list[Floats]:
+    """Polylines that rows of NaN keep apart in one."""
+    first, *rest = np.split(line, np.flatnonzero(np.isnan(line[:, 0])))
+    return [first, *(chain[1:] for chain in rest)]
 
 
 def refined(line: Floats) -> Floats:

@@ -12,7 +12,7 @@ from dolfinx.mesh import Mesh, exterior_facet_indices
 
 from mpi4py import MPI
 
-from contactfem.compat import create_mesh
+from contactfem.compat import cell_nodes, create_mesh
 from contactfem.errors import MeshError
 from contactfem.meshes.data import FACETS, CellName, Floats, Ints, MeshData, Surface, matches
 
@@ -120,7 +120,7 @@ def dof_of_vertex(mesh: Mesh, V: FunctionSpace) -> tuple[Local, Ints]:
         Local block dofs (m,), ascending, owned and ghost, and their input vertices (m,).
     """
     layout = V.dofmap.dof_layout
-    nodes = mesh.geometry.dofmap
+    nodes = cell_nodes(mesh)
     columns = [layout.entity_dofs(0, i)[0] for i in range(nodes.shape[1])]
     dofs, first = np.unique(V.dofmap.list[:, columns], return_index=True)
     return dofs.astype(np.int32), mesh.geometry.input_global_indices[nodes.ravel()[first]]
@@ -188,6 +188,6 @@ def _boundary(mesh: Mesh, cell_type: CellName) -> tuple[Local, Local, Ints]:
     cells = to_cell.array[to_cell.offsets[facets]]
     of_cell = topology.connectivity(tdim, tdim - 1).array.reshape(-1, len(table))
     local = np.argmax(of_cell[cells] == facets[:, None], axis=1)
-    nodes = mesh.geometry.dofmap[cells[:, None], table[local]]
+    nodes = cell_nodes(mesh)[cells[:, None], table[local]]
     pairs = np.stack([cells, local], axis=1).astype(np.int32)
     return facets, pairs, mesh.geometry.input_global_indices[nodes]

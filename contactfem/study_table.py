@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from contactfem.families import Member
 from contactfem.orders import observed_orders, relative_distance, slope
-from contactfem.report import new_table
+from contactfem.report_table import new_table
 from contactfem.trial import Outcome
 
 if TYPE_CHECKING:

@@ -27,6 +27,8 @@ from contactfem.tables import Table, constant
 
 STRICT: Mapping[str, Any] = {"strict_units": True}
 
+LARGEST = 1e60  # in SI: no quantity is larger, and products of several can be calculated with
+
 EXAMPLES = {
     "m": "10 mm",
     "s": "0.5 s",
@@ -65,8 +67,10 @@ def si(text: str, symbol: str) -> float:
     if found.exponents != expected.exponents:
         raise UnitError(f"is {dimension(found.exponents)}, not {dimension(expected.exponents)}")
     value = scaled(number, found.factor)
-    if not math.isfinite(value):
+    if not abs(value) <= LARGEST:
         raise UnitError("is too large a number")
+    if 0.0 < abs(value) < 1.0 / LARGEST:
+        raise UnitError("is too small a number")
     return value
 
 

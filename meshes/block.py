@@ -13,7 +13,7 @@ from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 from contactfem.units import Length
 
-Ratio = Annotated[float, Field(gt=0)]
+Ratio = Annotated[float, Field(ge=1e-6, le=1e6)]
 SAME_LINE = 1e-9  # relative to the width
 
 
@@ -45,6 +45,10 @@ class Structured(Builder):
             between(ratio, *count) for ratio, count in zip(self.grading, counts, strict=True)
         ]
         return {"nx": nx, "ny": ny} | ({"grading": grading} if grading != [1.0, 1.0] else {})
+
+    def cell_count(self) -> float:
+        """Quadrilaterals of the array."""
+        return float(self.nx * self.ny)
 
     def lines(self) -> tuple[Floats, Floats]:
         """Coordinates (nx + 1,) and (ny + 1,) [m] of the lines of the array."""

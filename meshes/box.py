@@ -49,6 +49,10 @@ class Box(Builder):
         """Numbers of cells."""
         return {name: more(getattr(self, name), factor) for name in ("nx", "ny", "nz")}
 
+    def cell_count(self) -> float:
+        """Hexahedra of the array."""
+        return float(self.nx * self.ny * self.nz)
+
     def build(self) -> MeshData:
         """Structured mesh of nx by ny by nz hexahedra, or of these split into tetrahedra."""
         counts = np.array([self.nx, self.ny, self.nz])

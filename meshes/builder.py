@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from contactfem.errors import MeshError
 from contactfem.meshes.adapt import adapt
@@ -17,6 +17,8 @@ from contactfem.units import Length
 PositiveLength = Annotated[Length, Field(gt=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 
+MOST_CELLS = 5_000_000  # of a body: several times what can be solved for
+
 
 class Builder(BaseModel, ABC):
     """A geometry with its mesh parameters, as a case file gives them."""
@@ -26,6 +28,16 @@ class Builder(BaseModel, ABC):
     @abstractmethod
     def build(self) -> MeshData:
         """Mesh of the geometry, the same for the same parameters."""
+
+    def cell_count(self) -> float:
+        """About how many cells `build` makes, without meshing; 0 where only it can tell."""
+        return 0.0
+
+    @model_validator(mode="after")
+    def _countable(self) -> Self:
+        if (count := self.cell_count()) > MOST_CELLS:
+            raise ValueError(f"asks for {count:.1e} cells; a body may have {MOST_CELLS:.0e}")
+        return self
 
     @abstractmethod
     def outline(self) -> dict[str, Floats]:
@@ -96,3 +108,22 @@ def smaller(factor: float, growth: float, **sizes: float) -> dict[str, Any]:
     """
     lengths = {name: f"{size / factor!r} m" for name, size in sizes.items()}
     return lengths | {"growth": min(1.0, growth / factor)}
+
+
+def graded_count(fine: float, size: float, growth: float, coarse: float, extent: float) -> float:
+    """About how many triangles a mesh has whose size grows with the distance from fine facets.
+
+    Args:
+        fine: length of the fine part of the boundary [m].
+        size: size of the cells there [m].
+        growth: increase of the size per distance [-].
+        coarse: largest size of a cell [m].
+        extent: of the body in either direction [m].
+
+    Returns:
+        The integral of 2.3 / h² over the body, where strips around the fine part lie in it.
+    """
+    s = np.concatenate([[0.0], np.geomspace(1e-3 * min(size, extent), extent, 200)])
+    h = np.minimum(coarse, size + growth * s)
+    density = 2.3 * np.minimum(fine + np.pi * s, extent) / h / h
+    return float(np.sum(0.5 * (density[1:] + density[:-1]) * np.diff(s)))

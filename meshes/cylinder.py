@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.meshes.builder import Builder, PositiveLength, smaller
+from contactfem.meshes.builder import Builder, PositiveLength, graded_count, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.fan import fan
@@ -45,6 +45,12 @@ class Cylinder(Builder):
     def refinement(self, factor: float) -> dict[str, Any]:
         """Sizes and their growth."""
         return smaller(factor, self.growth, size=self.size, coarse=self._largest())
+
+    def cell_count(self) -> float:
+        """Of a quarter, as sizes grow from its fine part."""
+        r = self.radius
+        coarse = max(self.size, self._largest())
+        return graded_count(min(self.zone, r), self.size, self.growth, coarse, r)
 
     def build(self) -> MeshData:
         """A quarter, or with its mirror image a half."""

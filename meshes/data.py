@@ -28,6 +28,7 @@ FACETS: dict[CellName, tuple[tuple[int, ...], ...]] = {
         (4, 5, 6, 7),
     ),
 }
+FAR = 1e30  # m; no geometry reaches so far
 # The same cell seen in a mirror: its vertices in an order that changes the sign of the Jacobian.
 MIRROR: dict[CellName, tuple[int, ...]] = {
     "triangle": (0, 2, 1),
@@ -104,8 +105,10 @@ def mesh_data(
         The mesh; points keep their order.
 
     Raises:
-        MeshError: a degenerate or twisted cell, or a group's facet that is not on the boundary.
+        MeshError: a vertex that is no point, a point that is nowhere or out of all bounds, a
+            degenerate or twisted cell, or a group's facet that is not on the boundary.
     """
+    check_points(points, cells)
     used, flat = np.unique(cells.ravel(), return_inverse=True)
     number = np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
@@ -114,6 +117,31 @@ def mesh_data(
     boundary = boundary_facets(cells, cell_type)
     oriented = {name: _oriented(name, number[f], boundary) for name, f in groups.items()}
     return MeshData(points, cells, cell_type, oriented)
+
+
+def check_points(points: Floats, cells: Ints) -> None:
+    """Make sure that cells have points that one can calculate with.
+
+    Args:
+        points: coordinates (n, dim) [m].
+        cells: vertices (m, nv) of cells or facets, of one kind.
+
+    Raises:
+        MeshError: a vertex that is no point, a point whose coordinates are not finite or huge, or
+            all points in one place.
+    """
+    if not len(cells):
+        raise MeshError("has no cells")
+    if cells.min() < 0 or cells.max() >= len(points):
+        raise MeshError(f"has cells with vertices that are none of its {len(points)} points")
+    used = points[np.unique(cells)]
+    nowhere = ~(np.abs(used) < FAR).all(axis=1)
+    if nowhere.any():
+        raise MeshError(
+            f"{nowhere.sum()} points have coordinates that are not finite or beyond {FAR:g} m"
+        )
+    if np.ptp(used, axis=0).max() < 1.0 / FAR:
+        raise MeshError(f"has cells all of whose points lie within {1.0 / FAR:g} m")
 
 
 def jacobians(points: Floats, cells: Ints, cell_type: CellName) -> Floats:

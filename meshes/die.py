@@ -42,6 +42,10 @@ class Die(Builder):
         """Numbers of facets."""
         return {"n_arc": more(self.n_arc, factor), "n_side": more(self.n_side, factor)}
 
+    def cell_count(self) -> float:
+        """Quadrilaterals of the array."""
+        return float(self.n_arc * self.n_side)
+
     def build(self) -> MeshData:
         """Quadrilaterals in columns above the facets of the arc."""
         bottom = self._arc(self.n_arc)

@@ -31,6 +31,10 @@ class Disk(Builder):
         """Numbers of facets and layers."""
         return {"facets": more(self.facets, factor, 8), "layers": more(self.layers, factor)}
 
+    def cell_count(self) -> float:
+        """Quadrilaterals of the core and the layers."""
+        return float((self.facets // 4) ** 2 + self.facets * self.layers)
+
     def build(self) -> MeshData:
         """Quadrilaterals; the centre is a node, and four nodes of the rim lie on the axes."""
         n = self.facets // 4
@@ -83,6 +87,10 @@ class Ring(Builder):
     def refinement(self, factor: float) -> dict[str, Any]:
         """Numbers of facets and layers."""
         return {"facets": more(self.facets, factor, 4), "layers": more(self.layers, factor)}
+
+    def cell_count(self) -> float:
+        """Quadrilaterals of the layers."""
+        return float(self.facets * self.layers)
 
     def build(self) -> MeshData:
         """Quadrilaterals in polar order; four nodes of each circle lie on the axes."""

@@ -17,6 +17,7 @@ from contactfem.meshes.data import (
     MeshData,
     Surface,
     boundary_facets,
+    check_points,
     matches,
     mesh_data,
 )
@@ -125,7 +126,13 @@ class MeshFile(Builder):
             )
         _, cell_type, order = CELLS[kinds[0]]
         cells = chosen[kinds[0]][:, order]
-        points = _flat(raw.points, cells) if dim == 2 else raw.points
+        points = raw.points * self.unit
+        check_points(points, cells)
+        for kind, rows in raw.cells.items():
+            if kind != "vertex" and len(rows):
+                check_points(points, rows)
+        if dim == 2:
+            points = _flat(points, cells)
         facet_kinds = {2: ["line"], 3: ["triangle", "quad"]}[dim]
         groups = {
             name: parts[kind]
@@ -137,7 +144,7 @@ class MeshFile(Builder):
             boundary = boundary_facets(cells, cell_type)
             groups = {name: f[matches(f, boundary) >= 0] for name, f in groups.items()}
             groups = {name: f for name, f in groups.items() if len(f)}
-        return mesh_data(points * self.unit, cells, cell_type, groups)
+        return mesh_data(points, cells, cell_type, groups)
 
 
 def polyline(surface: Surface) -> Floats:

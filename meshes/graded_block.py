@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contactfem.meshes.block import rectangle
-from contactfem.meshes.builder import Builder, PositiveLength, smaller
+from contactfem.meshes.builder import Builder, PositiveLength, graded_count, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
 from contactfem.meshes.data import Floats, MeshData, mesh_data
 from contactfem.meshes.polygon import triangulate
@@ -43,6 +43,12 @@ class GradedBlock(Builder):
     def refinement(self, factor: float) -> dict[str, Any]:
         """Sizes and their growth."""
         return smaller(factor, self.growth, size=self.size, coarse=self._largest())
+
+    def cell_count(self) -> float:
+        """As sizes grow from the fine part."""
+        extent, zone = max(self.width, self.height), self.zone[1] - self.zone[0]
+        coarse = max(self.size, self._largest())
+        return graded_count(max(zone, 0.0), self.size, self.growth, coarse, extent)
 
     def build(self) -> MeshData:
         """Triangles, made with the fine part on top and turned over if it is the bottom."""

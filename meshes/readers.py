@@ -1,9 +1,13 @@
 """Mesh files as arrays: all cells by kind, and the named groups of them."""
 
+import pickle
+import subprocess
+import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -28,6 +32,38 @@ class RawMesh:
 
 def read_gmsh(path: Path) -> RawMesh:
     """Mesh in gmsh's format; a physical group without a name goes by its number.
+
+    gmsh reads it in a process of its own, as some files that are not right make it crash.
+
+    Raises:
+        MeshError: the file is not a mesh or has cells of higher order.
+    """
+    child = "import sys; from contactfem.meshes import readers; readers.answer(*sys.argv[1:])"
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "answer"
+        command = [sys.executable, "-P", "-c", child, str(path), str(file)]
+        done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        if done.returncode:
+            last = done.stderr.strip().rpartition("\n")[2] if done.returncode > 0 else ""
+            raise MeshError(f"not a mesh that gmsh reads ({last or 'it crashes'})")
+        found: RawMesh | MeshError = pickle.loads(file.read_bytes())
+    if isinstance(found, MeshError):
+        raise found
+    return found
+
+
+def answer(path: str, file: str) -> None:
+    """Read a mesh in gmsh's format, and write it to a file, or the error that it is none."""
+    found: RawMesh | MeshError
+    try:
+        found = _read_gmsh(Path(path))
+    except MeshError as error:
+        found = error
+    Path(file).write_bytes(pickle.dumps(found))
+
+
+def _read_gmsh(path: Path) -> RawMesh:
+    """Mesh in gmsh's format.
 
     Raises:
         MeshError: the file is not a mesh or has cells of higher order.
@@ -61,6 +97,8 @@ def _elements(gmsh: Any, number: Ints, entities: list[tuple[int, int]]) -> Kinds
             name, _, degree, n_nodes, *_ = gmsh.model.mesh.getElementProperties(kind)
             if kind not in GMSH_KINDS:
                 _refuse(f"{name} (order {degree})")
+            if not np.isin(flat, number).all():
+                raise MeshError("has cells with vertices that are none of its points")
             rows = np.searchsorted(number, flat.reshape(-1, n_nodes)).astype(np.int64)
             parts.setdefault(GMSH_KINDS[kind], []).append(rows)
     return {kind: np.concatenate(rows) for kind, rows in parts.items()}

@@ -135,6 +135,12 @@ class Tire(Builder):
         """Sizes and their growth."""
         return smaller(factor, self.growth, size=self.size, tread_size=self.tread_size)
 
+    def cell_count(self) -> float:
+        """Of a half: so many triangles on its tread, and on the rest as on a strip of that."""
+        thick = max(self.tread_thickness, self.wall_thickness, self.flange_thickness)
+        tread, half = 0.5 * self.tread_width + self.shoulder, 0.5 * self.width + self.height
+        return 2.3 * thick * (tread / self.tread_size**2 + half / self.size**2)
+
     def build(self) -> MeshData:
         """Triangles, a half and its mirror image."""
         half = self._half()

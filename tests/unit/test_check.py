@@ -127,6 +127,16 @@ def test_every_value_and_every_default_is_listed():
     assert rows["solver.tolerance"] == ("1e-10", True)
 
 
+def test_gaps_of_surfaces_in_several_chains():
+    """A row of NaN keeps chains apart; the last point of the first one counts as well."""
+    chains = np.array([[0.0, 2.0], [1.0, 1.5], [np.nan, np.nan], [2.0, 1.75], [3.0, 2.0]])
+    plane = Plane(shape="plane", point=(0.0, 0.0), normal=(0.0, 1.0))
+    assert obstacle_gap(chains, plane) == pytest.approx(1.5, rel=1e-14)
+    floor = np.array([[3.0, 0.25], [-1.0, 0.25]])
+    assert surface_gap(chains, floor) == pytest.approx(1.25, rel=1e-14)
+    assert surface_gap(floor, chains) == pytest.approx(1.25, rel=1e-14)
+
+
 @pytest.fixture
 def with_file(tmp_path):
     """The sample, its upper body from a mesh file."""
@@ -185,6 +195,36 @@ def test_a_surface_without_facets(with_file):
         CaseError, match=r"interfaces\.joint\.nonmortar = upper\.bottom: 'upper' has"
     ):
         check_case(read_case(with_file, [FROM_FILE]))
+
+
+def test_a_surface_in_several_chains_holds_its_body(with_file):
+    """Conditions and interfaces on both sides of a body at once, as a mesh file may group them."""
+    mesh = with_file.parent / "upper.msh"
+    mesh.write_text(mesh.read_text().replace('"left"', '"ends"'))
+    lines = mesh.read_text().splitlines()
+    names = {line.split('"')[1]: line.split()[1] for line in lines if '"' in line}
+    left, right = names["ends"], names["right"]
+    moved = [
+        line.replace(f" 2 {right} ", f" 2 {left} ") if line.split()[1:2] == ["1"] else line
+        for line in lines
+    ]
+    mesh.write_text("\n".join(moved) + "\n")
+    hold = "conditions=[{on='upper.ends', displacement=['0 m', '0 m']}]"
+    ends = {"interfaces.joint.nonmortar": "upper.ends", "interfaces.joint.mortar": "wall"}
+    wall = "obstacles.wall={shape='plane', point=['0 m', '0 m'], normal=[0, 1]}"
+    changes = [FROM_FILE, hold, wall, *(f"{key}={value}" for key, value in ends.items())]
+    text = check_case(read_case(with_file, changes))
+    assert "held by its conditions" in text
+    assert "upper.ends (nonmortar) on wall (mortar): gap 10.5 mm" in text
+
+
+def test_control_characters_do_not_reach_the_terminal():
+    case = read_case(TWO, ['title="a\\u001b[31m"'])
+    assert check_case(case).startswith("a\\x1b[31m\n")
+    with pytest.raises(CaseError) as caught:
+        read_case(TWO, ['bodies.upper.material="a\\nb\\u2028c"'])
+    assert "there is no material 'a\\nb\\u2028c'" in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing like a mesh", b"$MeshFormat\n2.2 0 8\n"])

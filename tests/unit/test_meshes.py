@@ -341,6 +341,58 @@ def test_unusable_meshes() -> None:
         triangulate([Edge(*there, ("side",), fine=True), Edge(*back, ("side",))], 0.1, 0.1, 0.2)
 
 
+@pytest.mark.parametrize(
+    ("points", "cells", "message"),
+    [
+        ([[0, 0], [1, 0], [0, 1]], np.empty((0, 3), int), "has no cells"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 3]], "vertices that are none of its 3 points"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, -1]], "vertices that are none of its 3 points"),
+        ([[0, 0], [1, 0], [0, np.nan]], [[0, 1, 2]], "1 points have coordinates that are not"),
+        ([[0, 0], [1, 0], [0, 1e200]], [[0, 1, 2]], "1 points have coordinates .* beyond 1e[+]30"),
+        ([[0, 0], [1e-99, 0], [0, 1e-99]], [[0, 1, 2]], "all of whose points lie within 1e-30 m"),
+    ],
+)
+def test_points_that_are_nowhere(points: Any, cells: Any, message: str) -> None:
+    with pytest.raises(MeshError, match=message):
+        mesh_data(np.array(points, float), np.array(cells), "triangle", {})
+
+
+TOO_MANY = {
+    "block": {"width": "1 m", "height": "1 m", "nx": 100_000, "ny": 51},
+    "box": {"width": "1 m", "height": "1 m", "depth": "1 m", "nx": 200, "ny": 200, "nz": 200},
+    "die": {"width": "1 m", "straight": "1 m", "radius": "2 m", "n_arc": 5000, "n_side": 5000},
+    "disk": {"radius": "1 m", "facets": 80_000, "layers": 1},
+    "ring": {"inner_radius": "1 m", "outer_radius": "2 m", "facets": 80_000, "layers": 100},
+    "cylinder": {"radius": "1 m", "zone": "0.1 m", "size": "1e-12 m"},
+    "graded_block": {
+        "width": "1 m", "height": "1 m", "zone": ["0 m", "1 m"], "size": "0.1 mm", "growth": 1e-9,
+    },
+    "tire": {"tread_size": "1e-12 m"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TOO_MANY)
+def test_meshes_of_too_many_cells_are_refused_before_they_are_made(name: str) -> None:
+    with pytest.raises(ValidationError, match=r"asks for .* cells; a body may have 5e\+06"):
+        spec(builder=name, **TOO_MANY[name])
+
+
+@pytest.mark.parametrize("name", ["cylinder", "graded_block", "tire"])
+@pytest.mark.parametrize("growth", [0.02, 0.1, 0.5])
+def test_cells_are_counted_before_they_are_made(name: str, growth: float) -> None:
+    """The estimate is right by a factor of three: it only has to tell many from too many."""
+    table = {
+        "cylinder": {"radius": "1 m", "zone": "0.2 m", "size": "0.02 m", "part": "quarter"},
+        "graded_block": {
+            "width": "2 m", "height": "1 m", "zone": ["0.5 m", "0.8 m"], "size": "0.02 m",
+        },
+        "tire": {},
+    }[name]  # fmt: skip
+    body = spec(builder=name, growth=growth, **table)
+    made = len(body.build().cells) / (2 if name == "tire" else 1)
+    assert made / 3 < body.cell_count() < 3 * made
+
+
 def test_mirrored_cells_are_turned() -> None:
     square = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * [-1, 1]
     data = mesh_data(square, np.array([[0, 1, 2, 3]]), "quadrilateral", {"low": np.array([[0, 1]])})

@@ -137,6 +137,8 @@ def test_dimensions_have_names_and_examples_fit(symbol):
         ("nan m", "is not a finite number followed by a unit"),
         ("inf m", "is not a finite number followed by a unit"),
         ("1e999 m", "is too large a number"),
+        ("1e58 km", "is too large a number"),
+        ("-1e-58 mm", "is too small a number"),
         ("m", "is not a finite number followed by a unit"),
         ("", "is not a finite number followed by a unit"),
         ("1.2.3 m", "is not a finite number followed by a unit"),
