@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mpi4py import MPI
+
 from contactfem.case import Heat
 from contactfem.contact import Conditions
 from contactfem.heat_interface import HeatExchange
@@ -116,15 +118,13 @@ class Staggered:
 
     def _relative(self, difference: Sequence[Floats], theta: Sequence[Floats]) -> float:
         """Largest change over the range of temperatures; collective."""
-        from mpi4py import MPI
-
-        comm = self._thermal.system.comm
         largest = max(float(np.abs(d).max(initial=0.0)) for d in difference)
         top = max(float(values.max(initial=-np.inf)) for values in theta)
         bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
-        largest, top, bottom = comm.allreduce(np.array((largest, top, bottom)), MPI.MAX)
-        span = top + bottom
-        return float(largest / span) if span > 0.0 else float(largest)
+        found = np.array((largest, top, bottom))
+        self._thermal.system.comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        span = float(found[1] + found[2])
+        return float(found[0]) / (span if span > 0.0 else 1.0)
 
 
 class _Relaxation:
