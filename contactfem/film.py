@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 WIDTH, DPI = 8.0, 100  # of a frame [inch], [1/inch]
 SECONDS = 6.0  # what a film takes
 SHOWN = 98.0  # percentile of stress that the colours reach to: corners have more
-COLOURS = 128  # of a frame: smooth colours, and half the size of 256
+COLOURS = 200  # of a frame
 CLOSE = 20.0  # half-width of the close-up, in cells where it is hottest
 ASPECT = 4.0  # width of the close-up over its height
 
@@ -164,7 +164,8 @@ def _paint_close(axes: Axes, snapshot: Snapshot, hot: _Hot) -> None:
     half = hot.half
     axes.set(xlim=(x - half, x + half), ylim=(y - half / ASPECT, y + half / ASPECT))
     label = f"{1e3 * 2.0 * half:.2g} mm of the contact, where it gets hottest"
-    axes.text(0.005, 0.97, label, transform=axes.transAxes, va="top")
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 2.0}
+    axes.text(0.005, 0.96, label, transform=axes.transAxes, va="top", bbox=box)
 
 
 def _paint(axes: Axes, parts: Sequence[tuple[BodyPicture, FloatArray]], colours: _Colours) -> None:

@@ -162,7 +162,7 @@ def meshes(snapshots: Sequence[Snapshot]) -> Figure:
         for axes, bodies in zip(row, (snapshot.bodies, snapshot.heat), strict=True):
             for body in bodies:
                 _lines(axes, body.points + body.displacement, body.cells, 0.15)
-            _frame(axes, (-175.0, 235.0), (-62.0, 112.0))
+            _frame(axes, (-175.0, 235.0), (-62.0, 135.0))
             count = ", ".join(f"{body.name} {len(body.cells)}" for body in bodies)
             axes.text(0.0, 0.98, f"{MS * snapshot.t:.0f} ms, {count}", transform=axes.transAxes,
                       va="top", fontsize=7.5)  # fmt: skip
