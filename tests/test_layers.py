@@ -18,9 +18,9 @@ PLAIN = """
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
     meshes model scene element_choice relative_error error_measure heat_measure measure
-    contradictions heat_links case_links case_errors case listing
+    contradictions heat_links adaptivity_links case_links case_errors case listing
     gaps rigid boxes nearest shapes location
-    expect heat_words check mesh_files
+    expect heat_words adaptivity_words check mesh_files
     charts interface_figure pictures heat_figure figures output
     report_table adaptivity_report report terminal
     recovery constrained_recovery interface_recovery space_error time_error
