@@ -412,9 +412,11 @@ def _result(
     }
     if discretisation.heat is not None:
         sizes["temperatures"] = discretisation.heat.system.numbering.n_global
+    adapted = loop.adaptation
     seconds = dict(timers.seconds)
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(
         case, tuple(loop.reports), tuple(tables), tuple(pictures), reactions, probes, seconds,
         sizes, not message, message, tuple(heat),
+        adapted.first_meshes if adapted else (), adapted.last_meshes if adapted else (),
     )  # fmt: skip

@@ -21,7 +21,7 @@ PLAIN = """
     contradictions heat_links adaptivity_links case_links case_errors case listing
     gaps rigid boxes nearest shapes location
     expect heat_words adaptivity_words check mesh_files
-    charts interface_figure pictures heat_figure figures output
+    charts interface_figure pictures heat_figure errors_figure meshes_figure figures output
     report_table adaptivity_report report terminal
     recovery constrained_recovery interface_recovery space_error time_error
     sizes adaptivity mesh_choice

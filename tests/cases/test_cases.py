@@ -13,6 +13,7 @@ from contactfem.run import run_case
 CASES = Path(__file__).parents[2] / "cases"
 SLOW = {  # variants that take long, None for the case itself; all where none is named
     "block": ("ten_steps",),
+    "efficiency": (None,),
     "hertz": ("large",),
     "ironing": (),
 }
