@@ -23,7 +23,8 @@ from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.relative_error import RelativeError
-from contactfem.results import ErrorStep, Remeshing
+from contactfem.results import ErrorStep, MeshErrors, Remeshing
+from contactfem.sizes import cell_sizes
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
 from contactfem.surfaces import Floats
@@ -67,6 +68,8 @@ class Adaptation:
         self._now = _Progress()
         self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
         self._found: dict[str, RelativeError] = {}
+        self.first_meshes: tuple[MeshErrors, ...] = ()
+        self.last_meshes: tuple[MeshErrors, ...] = ()
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
@@ -188,6 +191,9 @@ class Adaptation:
             "heat": self.settings.for_heat(),
         }
         wanted: dict[str, Mapping[str, Floats]] = {}
+        self.last_meshes = tuple(
+            one for problem, bodies in errors.items() for one in _with_errors(problem, bodies, t)
+        )
         self._asked: dict[str, tuple[str, ...]] = {}
         self._reasons: dict[str, str] = {}
         for problem, bodies in errors.items():
@@ -202,6 +208,7 @@ class Adaptation:
                 self._now.rounds[problem] = self._now.rounds.get(problem, 0) + 1
         if not wanted:
             return found, None
+        self.first_meshes = self.first_meshes or self.last_meshes
         return found, NewSizes(wanted.get("mechanics", {}), wanted.get("heat", {}))
 
     def _choice(
@@ -279,6 +286,19 @@ class Adaptation:
             repeats=self._now.repeats,
             decisions=tuple(self._now.decisions),
         )
+
+
+def _with_errors(problem: str, bodies: Sequence[BodyErrors], t: float) -> list[MeshErrors]:
+    """Meshes of one problem with the densities of their errors."""
+    data = [body.view.data for body in bodies]
+    areas = [cell_sizes(mesh.points, mesh.cells) ** 2 for mesh in data]
+    area = sum(float(part.sum()) for part in areas)
+    square = total(bodies).error_square
+    scale = total(bodies).eta_printed * area / square if square > 0.0 else 0.0
+    return [
+        MeshErrors(t, problem, body.name, mesh.points, mesh.cells, scale * body.errors / part)
+        for body, mesh, part in zip(bodies, data, areas, strict=True)
+    ]
 
 
 def _cells(discretisation: Discretisation) -> tuple[dict[str, int], dict[str, int]]:

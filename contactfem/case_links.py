@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
+from contactfem.adaptivity_links import broken_adaptivity
 from contactfem.contradictions import contradictions
 from contactfem.element_choice import SIMPLICES
 from contactfem.heat_links import broken_heat
@@ -38,6 +39,7 @@ def broken_links(case: Case) -> list[str]:
         *_names(case),
         *broken_heat(case),
     ]
+    lines += [] if lines else broken_adaptivity(case)
     return lines or list(contradictions(case))
 
 

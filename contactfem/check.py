@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from contactfem.adaptivity_words import adaptivity_words
 from contactfem.case import Case
 from contactfem.element_choice import describe_element
 from contactfem.engineering import engineering
@@ -154,6 +155,7 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     ]
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
     yield from heat_words(case)
+    yield from adaptivity_words(case)
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
     for text in large_loads(case):
         yield "doubtful", text

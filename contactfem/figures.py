@@ -21,8 +21,10 @@ from contactfem.charts import (
     stacked,
 )
 from contactfem.engineering import scale_for
+from contactfem.errors_figure import draw_errors
 from contactfem.heat_figure import draw_heat_history
 from contactfem.interface_figure import draw_interface, draw_interface_heat
+from contactfem.meshes_figure import draw_meshes
 from contactfem.pictures import draw_heat_flux, draw_stress, draw_temperature
 from contactfem.results import RunResult, StepReport
 
@@ -168,8 +170,20 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
         paths.append(draw_heat_flux(result, directory / "heat_flux.png"))
         if len(result.steps) > 1:
             paths.append(draw_heat_history(result, directory / "heat.png"))
+    paths += _adaptivity(result, directory)
     if moves and len(result.steps) > 1 and result.interfaces:
         paths.append(draw_history(result, directory / "history.png"))
     if any(len(step.residuals) > 1 for step in result.steps):
         paths.append(draw_convergence(result, directory / "convergence.png"))
+    return paths
+
+
+def _adaptivity(result: RunResult, directory: Path) -> list[Path]:
+    """Errors over time, and meshes before and after."""
+    paths = []
+    if sum(step.errors is not None for step in result.steps) > 1:
+        paths.append(draw_errors(result, directory / "errors.png"))
+    for problem in ("mechanics", "heat"):
+        if any(mesh.problem == problem for mesh in result.last_meshes):
+            paths.append(draw_meshes(result, problem, directory / f"meshes_{problem}.png"))
     return paths

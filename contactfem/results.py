@@ -232,6 +232,27 @@ class BodyPicture:
 
 
 @dataclass(frozen=True)
+class MeshErrors:
+    """A mesh and the error of its cells, at the start of a run and at its end.
+
+    Attributes:
+        t: time at which the error was found [s].
+        problem: "mechanics" or "heat".
+        body: name of the body.
+        points: reference positions (n, 2) [m].
+        cells: vertices of the cells (m, 3 or 4), dolfinx order.
+        density: share of each cell in η² (40) over its share in the area of all meshes (m,) [-].
+    """
+
+    t: float
+    problem: str
+    body: str
+    points: FloatArray
+    cells: IntArray
+    density: FloatArray
+
+
+@dataclass(frozen=True)
 class RunResult:
     """Everything a run found out.
 
@@ -249,6 +270,8 @@ class RunResult:
         converged: whether the end time was reached.
         message: why it was not, else empty.
         warnings: what to doubt about accepted steps.
+        first_meshes: meshes that were replaced first, by problem and body; empty without new ones.
+        last_meshes: meshes at the end with their errors; empty without adaptivity.
     """
 
     case: Case
@@ -263,3 +286,5 @@ class RunResult:
     message: str
     warnings: tuple[str, ...] = ()
     heat: tuple[BodyPicture, ...] = ()
+    first_meshes: tuple[MeshErrors, ...] = ()
+    last_meshes: tuple[MeshErrors, ...] = ()

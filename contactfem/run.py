@@ -103,6 +103,9 @@ def run_case(
             timers.add("total", time.perf_counter() - start)
             last = loop.discretisation, loop.state, loop.progress()
             result = outcome(case, *last, timers, message)
+            if loop.adaptation is not None:
+                first, present = loop.adaptation.first_meshes, loop.adaptation.last_meshes
+                result = replace(result, first_meshes=first, last_meshes=present)
             recorder.finish(result)
     return result
 

@@ -14,6 +14,7 @@ CASES = Path(__file__).parents[2] / "cases"
 SLOW = {  # variants that take long, None for the case itself; all where none is named
     "barber": (),
     "block": ("ten_steps",),
+    "efficiency": (None,),
     "hertz": ("large",),
     "ironing": (),
     "sliding_block": ("large",),

@@ -8,14 +8,15 @@ from verification.westergaard_stress import WavyContact
 
 from contactfem.case import read_case
 from contactfem.estimate import StressEstimator, total
+from contactfem.measure import measure
 
 E, NU, WAVE, AMPLITUDE = 200e6, 0.3, 2e-3, 1e-7  # slopes of 3e-4: the linear theory
 FULL = np.pi * E / (2.0 * (1.0 - NU**2)) * AMPLITUDE / WAVE
 TRIANGLES = ('bodies.wavy.mesh.cell="triangle"', 'bodies.flat.mesh.cell="triangle"')
 
 
-def effectivity(case, exact):
-    """Estimated over true error of the only step, and the true relative error."""
+def run(case, exact):
+    """Of the only step: estimated over true error, true relative error; and the result."""
     found = []
 
     def compare(report, state, discretisation):
@@ -23,14 +24,16 @@ def effectivity(case, exact):
         true = np.sum(list(stress_error(case, discretisation, exact).values()), axis=0)
         found.append((estimated.error / np.sqrt(true[0]), np.sqrt(true[0] / true[1])))
 
-    watch(case, compare)
-    return found[0]
+    result = watch(case, compare)
+    return *found[0], result
 
 
 def wavy(pressure, facets, *overrides):
     """Bodies one and a half wave lengths deep, so that nothing of the wave is left there."""
     given = [f'bodies.wavy.mesh.amplitude="{AMPLITUDE} m"']
     given += [f'conditions.0.traction.y="-{pressure} Pa"']
+    given += [f'closed_form.contact.parameters.mean_pressure="{pressure} Pa"']
+    given += [f'closed_form.contact.parameters.amplitude="{AMPLITUDE} m"']
     given += ['bodies.flat.mesh.corner=["0 mm", "-3 mm"]']
     for body, n in zip(("wavy", "flat"), facets, strict=True):
         given += [f"bodies.{body}.mesh.n{axis}={n}" for axis in "xy"]
@@ -70,11 +73,45 @@ def test_wavy_contact(pressure, ratio, overrides, room):
     found = []
     for n in (16, 32, 64):
         facets = [round(r * n) for r in ratio]
-        found.append(effectivity(wavy(pressure * FULL, facets, *overrides), exact))
+        found.append(run(wavy(pressure * FULL, facets, *overrides), exact)[:2])
     effectivities, errors = np.array(found).T
     assert np.all(np.abs(effectivities - 1.0) < room)
     assert np.abs(effectivities[-1] - 1.0) < 0.02  # it comes closer with the mesh
     assert np.log2(errors[0] / errors[-1]) / 2 > 0.95
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.05, 0.02, pytest.param(0.01, marks=pytest.mark.slow)])
+def test_the_error_asked_for(tolerance):
+    """The true error is within the tolerance, and not far within."""
+    exact = WavyContact(0.3 * FULL, FULL, WAVE, NU).stress
+    case = wavy(0.3 * FULL, (8, 8), f"adaptivity.tolerance={tolerance}")
+    ratio, true, result = run(case, exact)
+    assert 0.7 * tolerance < true < tolerance
+    assert ratio == pytest.approx(1.0, abs=0.02)
+    assert result.steps[0].errors.mechanics < tolerance
+
+
+def test_pressures_of_adapted_meshes():
+    """Less than half of the error in L2 that an even mesh of as many unknowns leaves.
+
+    In the mean over loads: it depends on where between two nodes the edge of contact lies.
+    """
+    adapted, even = [], []
+    for share in (0.25, 0.29, 0.33, 0.37):
+        exact = WavyContact(share * FULL, FULL, WAVE, NU).stress
+        case = wavy(share * FULL, (8, 8), "adaptivity.tolerance=0.02")
+        adapted.append(pressure_error(run(case, exact)[2]))
+        grading = [f"bodies.{body}.mesh.grading=[1, 1]" for body in ("wavy", "flat")]
+        deep = [f"bodies.{body}.mesh.ny=96" for body in ("wavy", "flat")]
+        even.append(pressure_error(run(wavy(share * FULL, (32, 32), *grading, *deep), exact)[2]))
+    (unknowns, error), (unknowns0, error0) = np.mean(adapted, axis=0), np.mean(even, axis=0)
+    assert unknowns == pytest.approx(unknowns0, rel=0.1)
+    assert error < 0.5 * error0
+
+
+def pressure_error(result):
+    """Unknowns, and the error of the pressure in L2 over its norm."""
+    return result.sizes["unknowns"], measure(result)["contact.pressure_error_l2"]
 
 
 def lame(body, x):
@@ -99,4 +136,4 @@ def test_shrink_fit(ratio):
         facets = [f"{core}facets={ratio[0] * n}", f"{ring}facets={ratio[1] * n}"]
         layers = [f"{core}layers={6 * n // 16}", f"{ring}layers={8 * n // 16}"]
         case = read_case(CASES / "shrink_fit.toml", facets + layers)
-        assert abs(effectivity(case, lame)[0] - 1.0) < 0.03
+        assert abs(run(case, lame)[0] - 1.0) < 0.03
