@@ -17,6 +17,8 @@ def solve(A: Floats, b: Floats) -> Floats:
     """
     from scipy.linalg.lapack import dgetrf, dgetrs
 
+    if len(b) == 0:  # contact touches nothing, and LAPACK refuses nothing
+        return np.empty(0)
     # LAPACK stores by columns and so finds the transpose in place: it factorises that
     lu, pivots, info = dgetrf(A.T, overwrite_a=True)
     if info:
