@@ -5,6 +5,27 @@ import numpy as np
 from contactfem.surfaces import Bools, Floats, Ints
 
 
+def solve(A: Floats, b: Floats) -> Floats:
+    """Solve A x = b; A is overwritten.
+
+    Args:
+        A: Matrix, (n, n), stored by rows.
+        b: Right-hand side, (n,).
+
+    Raises:
+        LinAlgError: A is singular.
+    """
+    from scipy.linalg.lapack import dgetrf, dgetrs
+
+    if len(b) == 0:  # contact touches nothing, and LAPACK refuses nothing
+        return np.empty(0)
+    # LAPACK stores by columns and so finds the transpose in place: it factorises that
+    lu, pivots, info = dgetrf(A.T, overwrite_a=True)
+    if info:
+        raise np.linalg.LinAlgError(f"pivot {info} is zero")
+    return np.asarray(dgetrs(lu, pivots, b, trans=1)[0])
+
+
 class Elimination:
     """S with the unknowns that are not left eliminated: S_ll - S_le S_ee⁻¹ S_el.
 

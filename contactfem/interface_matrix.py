@@ -7,12 +7,12 @@ import scipy.sparse as sp
 
 from contactfem.condensed import Interface, contact_rows
 from contactfem.contact import Conditions
-from contactfem.dense import Elimination
+from contactfem.dense import Elimination, solve
 from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.tangent import linearise
 from contactfem.timers import Timers
 
-LEAST_MARGIN = 8  # nodes along a surface, beside those that contact touches, that it may touch next
+MARGIN = 8  # nodes along a surface, beside those that contact touches, that it may touch next
 Triplets = tuple[Ints, Ints, Floats]
 
 
@@ -79,8 +79,10 @@ class InterfaceMatrix:
         self._taken = number[taken]
         place = (number[shares[0]], number[shares[1]])
         moved = sp.coo_matrix((shares[2], place), (left, left)).tocsr()
-        self._rows = np.flatnonzero(np.diff(moved.indptr))
-        self._shares = moved[self._rows][:, self._taken]
+        self._rows = np.unique(np.concatenate((np.flatnonzero(np.diff(moved.indptr)), self._taken)))
+        own = np.ones(left)
+        own[self._taken] = 0.0
+        self._shares = (moved + sp.diags(own)).tocsr()[self._rows]
         self.matrix = self._moved(self._rest.S)
         entries = sp.coo_matrix((C[2], (number[C[0]], number[C[1]])), (left, left)).tocsr().tocoo()
         self.matrix[entries.row, entries.col] += entries.data
@@ -98,13 +100,12 @@ class InterfaceMatrix:
         assert self._rest is not None
         inner = self._rest.condense(forces, forces + right)
         reduced = self._moved(inner) + right[self._rest.left]
-        return self._rest.expand(np.asarray(np.linalg.solve(self.matrix, reduced), np.float64))
+        return self._rest.expand(solve(self.matrix, reduced))
 
     def _moved(self, forces: Floats) -> Floats:
         """T times rows of bulk forces, (left,) or (left, m)."""
         result = forces.copy()
-        result[self._taken] = 0.0
-        result[self._rows] += self._shares @ forces[self._taken]
+        result[self._rows] = self._shares @ forces
         return result
 
     def _with_margin(self, used: Bools) -> Ints:
@@ -116,7 +117,7 @@ class InterfaceMatrix:
             touched[known] = result[at[known]]
             near: Bools = np.asarray(touched.reshape(-1, 2).any(axis=1))
             for facets in (interface.nodes.mesh.nonmortar, interface.nodes.mesh.mortar):
-                for _ in range(max(LEAST_MARGIN, int(near[facets].sum()) // 8)):
+                for _ in range(MARGIN):
                     near[facets[near[facets].any(axis=1)]] = True
             result[at[known & np.repeat(near, 2)]] = True
         return np.flatnonzero(result)
