@@ -15,6 +15,7 @@ SLOW = {  # variants that take long, None for the case itself; all where none is
     "block": ("ten_steps",),
     "hertz": ("large",),
     "ironing": (),
+    "tire": (),
 }
 
 

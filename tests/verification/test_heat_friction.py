@@ -101,8 +101,10 @@ def test_the_same_on_any_ranks(solved, variant):
     """Temperatures, heat and mechanics agree with those of one rank to 1e-9."""
     short = (*COARSE, 'time.end="1 ms"')
     if variant == "conducting":
-        short += ("bodies.block.thermal_mesh={builder='block', width='1.25 mm', height='1.25 mm',"
-                  " corner=['0.625 mm', '1.25 mm'], nx=5, ny=4}",)
+        short += (
+            "bodies.block.thermal_mesh={builder='block', width='1.25 mm', height='1.25 mm',"
+            " corner=['0.625 mm', '1.25 mm'], nx=5, ny=4}",
+        )
     alone = solved("sliding_block", *short, variant=variant)
     both = solved("sliding_block", *short, variant=variant, comm=MPI.COMM_WORLD)
     for a, b in zip(alone.steps, both.steps, strict=True):
