@@ -126,10 +126,10 @@ def test_the_hottest_place_is_on_the_tire(run):
 
 def test_it_springs_back(run):
     """When the rim has gone back the tread rests: it sticks, without work, and cools."""
-    result, _, _ = run
+    result, _, numbers = run
     rest = [step for step in result.steps if step.t > 0.0875]
     assert abs(rest[-1].forces["patch"][0]) < 0.5 * FRICTION * 26.4e3
-    assert sum(step.dissipation for step in rest) < 1e-6 * result.steps[-1].heat.temperature_max
+    assert sum(step.dissipation for step in rest) < 1e-5 * numbers["work"]
     hottest = [step.heat.temperature_max for step in rest]
     assert all(a > b for a, b in pairwise(hottest))
 
@@ -160,10 +160,30 @@ def test_ranks_agree():
     assert sum(len(step.errors.remeshes) for step in alone.steps) >= 4
     for one, many in zip(alone.steps, together.steps, strict=True):
         assert many.errors.cells == one.errors.cells
-        assert many.errors.mechanics == (
-            one.errors.mechanics and pytest.approx(one.errors.mechanics, rel=1e-6)
-        )
+        if one.errors.mechanics is not None:
+            assert many.errors.mechanics == pytest.approx(one.errors.mechanics, rel=1e-6)
         assert many.forces["patch"] == pytest.approx(one.forces["patch"], rel=1e-6, abs=1e-6)
-        assert many.heat.temperature_max == pytest.approx(
-            one.heat.temperature_max, rel=1e-5, abs=1e-12
-        )
+        hottest = pytest.approx(one.heat.temperature_max, rel=1e-8, abs=1e-12)
+        assert many.heat.temperature_max == hottest
+
+
+# Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the numbers
+# move by 5.0 % (pressure), 6.0 % (width), 0.06 mm (front), 0.14 % (friction), 2.7 % (temperature),
+# 0.15 % (work), 0 and 1 (new meshes). The bounds are twice that or less, and at least one new mesh. On two
+# ranks all agree to 1e-10 until heat needs new meshes, and to 1e-4 in temperature when it slides.
+REGRESSION = {
+    "pressure": (2.726e6, 0.10 * 2.726e6),
+    "width": (47.1e-3, 0.12 * 47.1e-3),
+    "front": (90.77e-3, 0.2e-3),
+    "friction": (10827.0, 0.003 * 10827.0),
+    "hottest": (188.0, 0.055 * 188.0),
+    "work": (390.35, 0.003 * 390.35),
+    "stress_remeshes": (5, 1),
+    "heat_remeshes": (38, 3),
+}
+
+
+@pytest.mark.parametrize("key", REGRESSION)
+def test_regression(run, key):
+    value, allowed = REGRESSION[key]
+    assert run[2][key] == pytest.approx(value, abs=allowed)
