@@ -19,6 +19,7 @@ from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
+from contactfem.errors import about
 from contactfem.gathering import body_pictures, heat_pictures, interface_tables, probe_values
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
@@ -66,7 +67,12 @@ def run_case(
     Raises:
         CaseError: The case does not fit its meshes.
     """
-    invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
+    with about(case.path):
+        return _run(case, comm, out, invocation or Invocation(f"contactfem run {case.path}", 0.0))
+
+
+def _run(case: Case, comm: MPI.Comm, out: Path | None, invocation: Invocation) -> RunResult:
+    """Solve a case; collective."""
     start = time.perf_counter() - invocation.import_seconds
     timers = Timers()
     timers.add("import", invocation.import_seconds)
