@@ -1,6 +1,9 @@
 """The exceptions that a user may see, and how the program ends with them."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import IntEnum
+from pathlib import Path
 
 
 class ExitCode(IntEnum):
@@ -50,6 +53,17 @@ class Interrupted(ContactfemError):
 
 class CheckpointError(CaseError):
     """A run that cannot be resumed as it stands."""
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Whatever is wrong with a case inside is told with its file's name before every line."""
+    try:
+        yield
+    except CaseError as error:
+        start = f"{path}: "
+        lines = [one_line(line.removeprefix(start)) for line in str(error).split("\n")]
+        raise type(error)("\n".join(start + line for line in lines)) from error
 
 
 def one_line(text: str) -> str:

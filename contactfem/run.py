@@ -20,6 +20,7 @@ from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
+from contactfem.errors import about
 from contactfem.first_contact import first_contact
 from contactfem.jit_cache import compiling
 from contactfem.keeper import Keeper, Moment, Writing
@@ -80,7 +81,20 @@ def run_case(
         Interrupted: The run was asked to stop, and its state is written.
         WriteError: Results cannot be written.
     """
-    invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
+    with about(case.path):
+        return _run(
+            case, comm, out, invocation or Invocation(f"contactfem run {case.path}", 0.0), resumed
+        )
+
+
+def _run(
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation,
+    resumed: Checkpoint | None,
+) -> RunResult:
+    """Solve a case or the rest of it; collective."""
     before = dict(resumed.seconds) if resumed is not None else {}
     start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
     timers = Timers()

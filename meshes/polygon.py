@@ -38,6 +38,8 @@ def triangulate(edges: Sequence[Edge], size: float, growth: float, coarse: float
         order = np.argsort(tags)
         points = coordinates.reshape(-1, 3)[order, :2]
         _, cells = gmsh.model.mesh.getElementsByType(2)
+        if not len(cells):  # newer versions do not complain
+            raise MeshError("gmsh cannot mesh the region: no triangles came out")
         lines = [gmsh.model.mesh.getElements(1, curve)[2][0].reshape(-1, 2) for curve in curves]
     number = tags[order]
     facets = [np.searchsorted(number, line) for line in lines]

@@ -52,7 +52,6 @@ def attempt(case: Case, out: Path) -> str:
                 result = run_case(short(case), MPI.COMM_SELF, out)
     except ContactfemError as error:
         return str(error)
-    event("solved" if result.converged else "given up")
     assert result.converged == (not result.message)
     return result.message
 
@@ -63,6 +62,23 @@ def test_small_cases_run_as_they_are(name: str, varied: bool, tmp_path: Path) ->
     path = DATA / f"{name}.toml"
     variant = next(iter(read_case(path).variants)) if varied else None
     assert attempt(read_case(path, variant=variant), tmp_path) == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("bodies.upper.mesh.corner = ['0 mm', '5 mm']", "'upper' differs between its meshes: "),
+        (
+            "conditions.6 = {on='upper', at=['7 mm', '6 mm'], displacement={x='0 m'}}",
+            "condition on upper: no vertex at ",
+        ),
+    ],
+)
+def test_what_only_a_run_finds_names_the_file_too(change: str, line: str, tmp_path: Path) -> None:
+    path = DATA / "warm_blocks.toml"
+    why = attempt(read_case(path, [change]), tmp_path)
+    assert why.startswith(f"{path}: {line}")
+    assert len(why.splitlines()) == 1
 
 
 @given(raw=mutated(SMALL, most=2), varied=st.booleans())
@@ -76,6 +92,7 @@ def test_any_case_that_passes_the_checks_can_be_run(
     names = list(read_case(path).variants) if varied else []
     case = read_case(path, variant=names[0] if names else None)
     why = attempt(case, tmp_path / "out")
+    event("given up" if why else "solved or too large")
     assert all(line.startswith(f"{path}: ") for line in why.splitlines())
 
 
@@ -84,4 +101,5 @@ def test_any_mesh_that_passes_the_checks_can_be_used(data: st.DataObject, tmp_pa
     path = case_of(data.draw(mesh_files(tmp_path)), body=False)
     if not check(path):
         why = attempt(read_case(path), tmp_path / "out")
+        event("given up" if why else "solved")
         assert all(line.startswith(f"{path}: ") for line in why.splitlines())

@@ -167,10 +167,11 @@ def test_ranks_agree():
         assert many.heat.temperature_max == hottest
 
 
-# Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the numbers
-# move by 5.0 % (pressure), 6.0 % (width), 0.06 mm (front), 0.14 % (friction), 2.7 % (temperature),
-# 0.15 % (work), 0 and 1 (new meshes). The bounds are twice that or less, and at least one new mesh. On two
-# ranks all agree to 1e-10 until heat needs new meshes, and to 1e-4 in temperature when it slides.
+# Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the
+# numbers move by 5.0 % (pressure), 6.0 % (width), 0.06 mm (front), 0.14 % (friction), 2.7 %
+# (temperature), 0.15 % (work), 0 and 1 (new meshes). The bounds are twice that or less, and at
+# least one new mesh. On two ranks all agree to 1e-10 until heat needs new meshes, and to 1e-4 in
+# temperature when it slides.
 REGRESSION = {
     "pressure": (2.726e6, 0.10 * 2.726e6),
     "width": (47.1e-3, 0.12 * 47.1e-3),
