@@ -91,5 +91,5 @@ def compare(folder, facets):
 
 @pytest.mark.parametrize("ratio", [(1, 1), (2, 3), (3, 2), (1, 4)])
 def test_effectivity(tmp_path, ratio):
-    found = [compare(tmp_path, [r * n for r in ratio]) for n in (6, 12, 24)]
+    found = [compare(tmp_path, [r * n for r in ratio]) for n in (8, 16, 32)]
     assert np.all(np.abs(np.array(found) - 1.0) < 0.03)
