@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,19 +114,20 @@ def test_other_contents_of_the_same_format_are_refused(tmp_path):
         read_checkpoint(tmp_path)
 
 
-@pytest.fixture
-def little_room() -> Iterator[int]:
-    """No file may be longer than this, as on a full disk."""
+@contextmanager
+def little_room() -> Iterator[None]:
+    """No file may be longer than 300 bytes inside, as on a full disk; nor what pytest prints to."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (300, hard))
-    yield 300
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_a_full_disk_leaves_what_was_there(tmp_path, request):
+def test_a_full_disk_leaves_what_was_there(tmp_path):
     write_checkpoint(tmp_path, some(1))
-    request.getfixturevalue("little_room")
-    with pytest.raises(OSError) as caught:
+    with little_room(), pytest.raises(OSError) as caught:
         write_checkpoint(tmp_path, some(2))
     assert caught.value.errno == errno.EFBIG
     assert [path.name for path in tmp_path.iterdir()] == ["checkpoint.npz"]
