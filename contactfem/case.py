@@ -260,6 +260,11 @@ class Case(Model):
     def _off(cls, value: object) -> object:
         return None if value is False else value
 
+    @field_validator("expect", mode="before")
+    @classmethod
+    def _nothing(cls, value: object) -> object:
+        return {} if value is False else value
+
     @model_validator(mode="after")
     def _linked(self) -> Self:
         lines = [f"{self.path}: {one_line(line)}" for line in broken_links(self)]

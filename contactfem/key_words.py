@@ -42,7 +42,7 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "closed_form": "known solutions to compare with, by the name of the interface",
         "solver": "Newton's method and the linear solver",
         "output": "what is written",
-        "expect": "numbers that must come out, by name",
+        "expect": "numbers that must come out, by name; false for none",
         "study": "what is the error of a run where runs are compared",
         "variants": "changes of keys that make another case, by name",
     },

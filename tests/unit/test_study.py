@@ -4,6 +4,8 @@ import csv
 import io
 import json
 import math
+import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -212,6 +214,26 @@ def test_one_run(path: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "run" / "figures" / "interface_sole.png").exists()
     words = command_of(member, path, tmp_path / "run")
     assert words.startswith("contactfem run ") and "'conditions.0.displacement.y=-10 um'" in words
+
+
+def test_runs_are_not_judged(path: Path) -> None:
+    """What a case expects may be unknown to a run with other changes."""
+    assert "expect=false" in command_of(Member(Curve("", None, ()), 0, 1.0), path, path.parent)
+    assert read_case(path, ("expect=false",)).expect == {}
+
+
+@pytest.mark.parametrize("program", ["true", "false"])
+def test_results_of_an_earlier_study_are_not_shown(
+    program: str, path: Path, tmp_path: Path, monkeypatch
+) -> None:
+    """A program that writes nothing stands for a run that fails at once, whatever it says."""
+    stale = {"title": "", "steps": [], "verdicts": [], "passed": True, "converged": True}
+    stale |= {"sizes": {"unknowns": 7}, "values": {}, "newton_iterations": 0, "timings": {}}
+    (tmp_path / "summary.json").write_text(json.dumps(stale))
+    monkeypatch.setattr(sys, "executable", shutil.which(program))
+    found = run_member(Member(Curve("", None, ()), 0, 1.0), path, tmp_path, 60.0)
+    assert found.message.startswith("ended with code")
+    assert found.unknowns == 0
 
 
 def test_runs_that_fail(path: Path, tmp_path: Path) -> None:
