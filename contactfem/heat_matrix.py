@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from contactfem.heat import HeatBody
 from contactfem.heat_interface import HeatExchange, HeatInterface
 from contactfem.numbering import Floats, Ints, Unknowns
+from contactfem.petsc_options import configure
 from contactfem.time_schemes import TimeScheme
 
 SOLVER = {
@@ -51,12 +52,8 @@ class StageMatrix:
         self._b = PETSc.Vec().createMPI(size, comm=unknowns.comm)
         self._x = self._b.duplicate()
         self._ksp = PETSc.KSP().create(unknowns.comm)
-        self._ksp.setOptionsPrefix("heat_")
-        database = PETSc.Options()
         kind = {"pc_type": "cholesky" if s == 1 else "lu"}  # one stage: symmetric
-        for key, value in (SOLVER | kind | dict(options)).items():
-            database.setValue("heat_" + key, value)
-        self._ksp.setFromOptions()
+        configure(self._ksp, "heat_", SOLVER | kind | dict(options), "heat.petsc")
         self._ksp.setErrorIfNotConverged(True)
         self.size = 0.0
 

@@ -11,10 +11,11 @@ from petsc4py import PETSc
 
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
-from contactfem.direct import Iterate
+from contactfem.direct import Direct, Iterate
 from contactfem.doubt import doubt
 from contactfem.laws import Status, Trial
 from contactfem.linear_solver import linear_solver
+from contactfem.petsc_options import configure
 from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
 from contactfem.system import System
@@ -109,17 +110,19 @@ class NewtonSolver:
         self._stiffness = _stiffness(system)
         self._snes = self._create()
 
+    @property
+    def reuses(self) -> bool:
+        """Whether a factor may serve longer than one iteration."""
+        return type(self.linear) is not Direct
+
     def _create(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.system.comm)
-        snes.setOptionsPrefix("mech_")
-        options = PETSc.Options()
-        for key, value in ({"snes_linesearch_type": "basic"} | self.linear.options).items():
-            options.setValue("mech_" + key, value)
         snes.setType("newtonls")
         snes.setFunction(self._function, self.system.x.duplicate())
         snes.setConvergenceTest(self._test)
         snes.setTolerances(max_it=self.max_iterations + 1)
-        snes.setFromOptions()
+        options = {"snes_linesearch_type": "basic"} | dict(self.linear.options)
+        configure(snes, "mech_", options, "solver.petsc")
         snes.setJacobian(self._jacobian, self.linear.attach(snes))
         return snes
 

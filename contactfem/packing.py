@@ -1,15 +1,19 @@
 """Frozen data of an interface as trees of arrays, and back."""
 
+from __future__ import annotations
+
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from contactfem.archive import Tree
 from contactfem.contact import Conditions, History, Operators
-from contactfem.heat_interface import HeatExchange, NodalMeans
 from contactfem.laws import Limit, Trial
+
+if TYPE_CHECKING:
+    from contactfem.heat_interface import HeatExchange
 
 
 def packed(item: Any) -> Tree:
@@ -60,6 +64,8 @@ def conditions(tree: Tree, operators: Operators) -> Conditions:
 
 def exchange(tree: Tree) -> HeatExchange:
     """What an interface adds to the heat problem, of its tree."""
+    from contactfem.heat_interface import HeatExchange, NodalMeans
+
     return _unpacked(HeatExchange, tree | {"means": _unpacked(NodalMeans, tree["means"])})
 
 

@@ -124,7 +124,9 @@ def _run(
     return result
 
 
-def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> NewtonSolver:
+def _solver(
+    case: Case, discretisation: Discretisation, timers: Timers, reuse: bool = True
+) -> NewtonSolver:
     return NewtonSolver(
         discretisation.system,
         discretisation.interfaces,
@@ -132,7 +134,7 @@ def _solver(case: Case, discretisation: Discretisation, timers: Timers) -> Newto
         case.solver.max_iterations,
         case.solver.petsc,
         timers,
-        case.solver.reuse,
+        case.solver.reuse and reuse,
     )
 
 
@@ -212,6 +214,8 @@ class _Loop:
                     self.dt, self.easy = self._again(verdict, self.dt), []
                     continue
                 self.state.restore(self.discretisation)
+                if not solved.converged and self._renewed():
+                    continue
                 reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     self.dt, self.easy, self.cautious = first  # other limits may do
@@ -245,6 +249,15 @@ class _Loop:
         moment = Moment(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
             self._warn(trouble)
+
+    def _renewed(self) -> bool:
+        """Go on without factors that serve on, if there were any: the failure may be theirs."""
+        if self.solver is None or not self.solver.reuses:
+            return False
+        new = self.discretisation
+        self.solver = _solver(self.case, new, self.timers, reuse=False)
+        self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+        return True
 
     def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
         """What becomes of a step that was solved; collective."""

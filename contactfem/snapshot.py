@@ -1,5 +1,9 @@
 """The state of a run as arrays in input numbering, and back on any number of ranks."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from dolfinx import fem
 
@@ -13,7 +17,9 @@ from contactfem.meshing import BodyMesh
 from contactfem.ringing import Increment, Increments, Zigzag
 from contactfem.state import State
 from contactfem.surfaces import Floats, Ints
-from contactfem.thermal import Thermal
+
+if TYPE_CHECKING:
+    from contactfem.thermal import Thermal
 
 
 def snapshot(discretisation: Discretisation, state: State, before: State | None = None) -> Tree:

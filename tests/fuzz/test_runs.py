@@ -67,7 +67,10 @@ def test_small_cases_run_as_they_are(name: str, varied: bool, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ("bodies.upper.mesh.corner = ['0 mm', '5 mm']", "'upper' differs between its meshes: "),
+        (
+            "bodies.upper.mesh.corner = ['0 mm', '5 mm']",
+            "'upper.bottom' differs between its meshes: ",
+        ),
         (
             "conditions.6 = {on='upper', at=['7 mm', '6 mm'], displacement={x='0 m'}}",
             "condition on upper: no vertex at ",

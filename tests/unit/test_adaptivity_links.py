@@ -24,7 +24,7 @@ on = "block.{held}"
 displacement.y = "0 mm"
 """
 BLOCK = 'builder = "block", width = "2 mm", height = "1 mm", nx = 2, ny = 2'
-HEAT = '[heat]\nscheme = "steady"'
+HEAT = '[heat]\nscheme = "steady"\n[[conditions]]\non = "block.top"\ntemperature = "0 K"'
 
 
 def case_of(folder, adaptivity, more="", mesh=BLOCK, held="bottom"):

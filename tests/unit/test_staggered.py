@@ -161,7 +161,7 @@ def started():
     timers = Timers()
     discretisation = discretise(case, SELF, timers)
     solver = _solver(case, discretisation, timers)
-    recorder = Recorder(case, SELF, None, discretisation, timers, "")
+    recorder = Recorder(case, SELF, None, discretisation, timers, "", None)
     loop = _Loop(case, discretisation, solver, recorder)
     assert loop.run() == ""
     return loop
