@@ -278,7 +278,7 @@ def _gap(gap: float | None, size: float) -> str:
 def _values(case: Case) -> Iterator[tuple[str, str, bool]]:
     """Keys with their values, and whether they are defaults."""
     for key, value, default in listing(case):
-        if not key.startswith(("title", "references", "variants", "expect", "path")):
+        if not key.startswith(("title", "references", "variants", "expect", "path", "contents")):
             yield key, value, default
 
 

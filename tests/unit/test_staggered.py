@@ -12,9 +12,11 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.case import read_case
+from contactfem.checkpoint import Origin
 from contactfem.discretise import discretise
 from contactfem.forms.energies import neo_hooke, neo_hooke_mixed
 from contactfem.heat import HeatBody, HeatLaw
+from contactfem.keeper import Keeper
 from contactfem.mechanics import BodyProblem, Law
 from contactfem.meshes.block import Block
 from contactfem.meshes.disk import Disk
@@ -103,7 +105,7 @@ def test_one_mesh_is_shared():
     values = np.random.default_rng(1).standard_normal(heat.n_dofs)
     link.warm(values)
     np.testing.assert_array_equal(np.sort(link.warmth), np.sort(values))
-    assert not hasattr(link, "_to_heat")
+    assert "_to_heat" not in vars(link)
 
 
 def relaxation(setting, n=3):
@@ -162,7 +164,8 @@ def started():
     discretisation = discretise(case, SELF, timers)
     solver = _solver(case, discretisation, timers)
     recorder = Recorder(case, SELF, None, discretisation, timers, "", None)
-    loop = _Loop(case, discretisation, solver, recorder)
+    keeper = Keeper(case, SELF, None, Origin("", case.contents, ""), timers, 0.0, bool)
+    loop = _Loop(case, discretisation, solver, recorder, keeper, timers, None)
     assert loop.run() == ""
     return loop
 
