@@ -82,7 +82,7 @@ def test_friction_that_grows_with_temperature(written):
     table = 'coefficient_table = [["0 K", 0.2], ["10 K", 0.4]]'
     passes = 'heat = { scheme = "cG(1)", max_passes = 30, tolerance = 1e-10 }'
     changed = text.replace("coefficient = 0.2", table)
-    changed = changed.replace('heat = { scheme = "cG(1)" }', passes)
+    changed = changed.replace('heat = { scheme = "dG(1)" }', passes)
     assert table in changed and passes in changed
     result = written(changed, *COARSE, 'time.end="2 ms"')
     table = result.interfaces[0]
