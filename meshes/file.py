@@ -21,7 +21,7 @@ from contactfem.meshes.data import (
     matches,
     mesh_data,
 )
-from contactfem.meshes.readers import RawMesh, read_gmsh, read_meshio
+from contactfem.meshes.readers import RawMesh, read_mesh
 from contactfem.meshes.walk import reconstructed
 from contactfem.units import Length
 
@@ -78,8 +78,7 @@ class MeshFile(Builder):
     def _mesh(self) -> MeshData:
         """The mesh, read once."""
         try:
-            read = read_gmsh if self.file.suffix == ".msh" else read_meshio
-            return self._body(read(self.file))
+            return self._body(read_mesh(self.file))
         except MeshError as error:
             raise MeshError(f"{self.file}: {error}") from error
 

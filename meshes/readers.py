@@ -7,6 +7,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from subprocess import DEVNULL
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -19,6 +20,8 @@ from contactfem.meshes.gmsh_session import gmsh_session
 Kinds = dict[str, Ints]
 GMSH_KINDS = {1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 15: "vertex"}
 KNOWN = GMSH_KINDS.values()
+PATIENCE = 60.0  # seconds for a file of no size
+SLOWEST = 100_000.0  # bytes per second of the rest
 
 
 @dataclass(frozen=True)
@@ -30,22 +33,29 @@ class RawMesh:
     groups: dict[str, Kinds]
 
 
-def read_gmsh(path: Path) -> RawMesh:
-    """Mesh in gmsh's format; a physical group without a name goes by its number.
+def read_mesh(path: Path) -> RawMesh:
+    """Mesh in gmsh's format (.msh), or in any other that meshio knows.
 
-    gmsh reads it in a process of its own, as some files that are not right make it crash.
+    In a process of its own: some broken files make gmsh crash, or meshio read on for ever.
 
     Raises:
         MeshError: the file is not a mesh or has cells of higher order.
     """
     child = "import sys; from contactfem.meshes import readers; readers.answer(*sys.argv[1:])"
+    reader = "gmsh" if path.suffix == ".msh" else "meshio"
+    limit = PATIENCE + path.stat().st_size / SLOWEST
     with TemporaryDirectory() as folder:
         file = Path(folder) / "answer"
         command = [sys.executable, "-P", "-c", child, str(path), str(file)]
-        done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        try:
+            done = subprocess.run(command, capture_output=True, stdin=DEVNULL, timeout=limit)
+        except subprocess.TimeoutExpired:
+            why = f"still not done after {limit:.0f} s"
+            raise MeshError(f"not a mesh that {reader} reads ({why})") from None
         if done.returncode:
-            last = done.stderr.strip().rpartition("\n")[2] if done.returncode > 0 else ""
-            raise MeshError(f"not a mesh that gmsh reads ({last or 'it crashes'})")
+            said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+            why = said if done.returncode > 0 else "it crashes"
+            raise MeshError(f"not a mesh that {reader} reads ({why})")
         found: RawMesh | MeshError = pickle.loads(file.read_bytes())
     if isinstance(found, MeshError):
         raise found
@@ -53,17 +63,17 @@ def read_gmsh(path: Path) -> RawMesh:
 
 
 def answer(path: str, file: str) -> None:
-    """Read a mesh in gmsh's format, and write it to a file, or the error that it is none."""
+    """Read a mesh, and write it to a file, or the error that it is none."""
     found: RawMesh | MeshError
     try:
-        found = _read_gmsh(Path(path))
+        found = (_read_gmsh if Path(path).suffix == ".msh" else _read_meshio)(Path(path))
     except MeshError as error:
         found = error
     Path(file).write_bytes(pickle.dumps(found))
 
 
 def _read_gmsh(path: Path) -> RawMesh:
-    """Mesh in gmsh's format.
+    """Mesh in gmsh's format; a physical group without a name goes by its number.
 
     Raises:
         MeshError: the file is not a mesh or has cells of higher order.
@@ -104,7 +114,7 @@ def _elements(gmsh: Any, number: Ints, entities: list[tuple[int, int]]) -> Kinds
     return {kind: np.concatenate(rows) for kind, rows in parts.items()}
 
 
-def read_meshio(path: Path) -> RawMesh:
+def _read_meshio(path: Path) -> RawMesh:
     """Mesh in any format that meshio knows.
 
     Groups are its cell sets, its point sets (of the facets between their points), and the values of

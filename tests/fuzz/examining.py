@@ -11,7 +11,7 @@ from contactfem.cli import main
 from contactfem.errors import ExitCode
 
 LONGEST = 600  # characters of a message's line
-PATIENCE = 30.0  # seconds that reading a small case may take on a busy machine
+PATIENCE = 90.0  # seconds that reading a small case may take on a busy machine
 
 
 class HangError(BaseException):

@@ -75,6 +75,8 @@ def test_small_cases_run_as_they_are(name: str, varied: bool, tmp_path: Path) ->
             "conditions.6 = {on='upper', at=['7 mm', '6 mm'], displacement={x='0 m'}}",
             "condition on upper: no vertex at ",
         ),
+        ("solver.petsc.ksp_type = no", "solver.petsc: PETSc refuses these options: "),
+        ("heat.petsc.pc_type = no", "heat.petsc: PETSc refuses these options: "),
     ],
 )
 def test_what_only_a_run_finds_names_the_file_too(change: str, line: str, tmp_path: Path) -> None:

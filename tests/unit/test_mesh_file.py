@@ -10,6 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from contactfem.errors import MeshError
+from contactfem.meshes import readers
 from contactfem.meshes.data import jacobians
 from contactfem.meshes.file import MeshFile
 from contactfem.meshes.gmsh_session import gmsh_session
@@ -147,6 +148,35 @@ def test_bad_files(tmp_path: Path) -> None:
         read(tmp_path / "a.msh", unit="-1 mm")
     with pytest.raises(ValidationError, match="length"):
         read(tmp_path / "a.msh", unit="s")
+
+
+def test_a_file_that_is_read_on_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """meshio looks for the numbers of an OFF file past its end."""
+    monkeypatch.setattr(readers, "PATIENCE", 3.0)
+    (tmp_path / "cut.off").write_text("OFF\n")
+    with pytest.raises(MeshError, match=r"cut.off: not a mesh that meshio reads \(still not done"):
+        read(tmp_path / "cut.off").build()
+
+
+def test_a_file_at_which_gmsh_crashes(tmp_path: Path) -> None:
+    """A triangle with the vertex that is next after the last one."""
+    text = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+3
+1 0 0 0
+2 1 0 0
+3 0 1 0
+$EndNodes
+$Elements
+1
+1 2 2 1 1 1 2 4
+$EndElements
+"""
+    (tmp_path / "past.msh").write_text(text)
+    with pytest.raises(MeshError, match=r"past.msh: (not a mesh that gmsh reads|has cells with)"):
+        read(tmp_path / "past.msh").build()
 
 
 def test_facets_inside_the_body_are_no_surface(tmp_path: Path) -> None:
