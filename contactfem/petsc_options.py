@@ -1,6 +1,7 @@
-"""Options of PETSc's solvers: those of the program, and over them those of a case file."""
+"""Options of PETSc's solvers: those of the program, those of a case file, those of the user."""
 
 from collections.abc import Mapping
+from functools import cache
 
 from petsc4py import PETSc
 
@@ -12,6 +13,8 @@ def configure(
 ) -> None:
     """Set a solver up; what an earlier one of this prefix was told is forgotten.
 
+    What the user gave PETSc before the first one, in PETSC_OPTIONS, stays and counts most.
+
     Args:
         solver: the solver, its types as they should be if no option says otherwise.
         prefix: of its options, such as "mech_".
@@ -21,15 +24,22 @@ def configure(
     Raises:
         CaseError: PETSc does not know a value of an option.
     """
-    database = PETSc.Options()
+    database, users = PETSc.Options(), _users(prefix)
     for name in database.getAll():
-        if name.startswith(prefix):
+        if name.startswith(prefix) and name not in users:
             database.delValue(name)
     for name, value in options.items():
-        database.setValue(prefix + name, value)
+        if prefix + name not in users:
+            database.setValue(prefix + name, value)
     solver.setOptionsPrefix(prefix)
     try:
         solver.setFromOptions()
     except PETSc.Error as error:
         why = str(error).strip().rpartition("] ")[2]
         raise CaseError(f"{key}: PETSc refuses these options: {why}") from None
+
+
+@cache
+def _users(prefix: str) -> frozenset[str]:
+    """Names of the options of a prefix that were there when it was first asked for."""
+    return frozenset(name for name in PETSc.Options().getAll() if name.startswith(prefix))
