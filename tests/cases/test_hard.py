@@ -9,18 +9,11 @@ from contactfem.suite import judged
 
 HARD = Path(__file__).parents[2] / "cases" / "hard"
 SLOW = {("long_steps", "usual")}  # more than 10 s
-ONE_SIDED = "normals of one side break the symmetry"
-OPEN = {  # what the solver does not do yet; the expectation is the right answer all the same
-    ("mortar_finer", "nonmortar_finer"): "corners of a coarse mortar side press into a fine one",
-    ("self_contact", None): ONE_SIDED,
-    ("self_contact", "lower_nonmortar"): ONE_SIDED,
-}
 
 
 def marks(key: tuple[str, str | None]) -> list[pytest.MarkDecorator]:
-    """Mark what takes long, and what is known to miss."""
-    slow = [pytest.mark.slow] if key in SLOW else []
-    return slow + ([pytest.mark.xfail(reason=OPEN[key], strict=True)] if key in OPEN else [])
+    """Mark what takes long."""
+    return [pytest.mark.slow] if key in SLOW else []
 
 
 RUNS = [
