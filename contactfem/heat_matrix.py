@@ -157,14 +157,10 @@ class StageMatrix:
         self._bulk = self._unknowns.create_matrix(pattern)
         self._storage = None
         n, s = self._unknowns.numbering, len(self._scheme.nodes)
-        # Entry e of the pattern becomes a block of stages: which e and which place in the block
-        entry = sp.kron(pattern, np.ones((s, s)), format="csr")
-        place = sp.kron(pattern.astype(bool), 1.0 + np.arange(s * s).reshape(s, s), format="csr")
-        self._entry = entry.data.astype(np.int64) - 1
-        self._place = place.data.astype(np.int64) - 1
-        self._rows = entry.indptr.astype(np.int32), entry.indices.astype(np.int32)
+        indptr, columns, self._entry, self._place = _blocked(pattern, s)
+        self._rows = indptr.astype(np.int32), columns.astype(np.int32)
         size = (n.n_local * s, n.n_global * s)
-        csr = (*self._rows, np.zeros(entry.nnz))
+        csr = (*self._rows, np.zeros(len(columns)))
         self._A = PETSc.Mat().createAIJ((size, size), csr=csr, comm=self._unknowns.comm)
         if s == 1:
             self._A.setOption(PETSc.Mat.Option.SPD, True)
@@ -193,6 +189,27 @@ class StageMatrix:
             add(A)
         A.assemble()
         return np.asarray(A.getValuesCSR()[2])
+
+
+def _blocked(pattern: sp.csr_matrix, s: int) -> tuple[Ints, Ints, Ints, Ints]:
+    """CSR pattern with a block of s x s in the place of every entry.
+
+    Args:
+        pattern: Sorted, (m, n).
+        s: Stages.
+
+    Returns:
+        Starts of rows, columns; and of every entry the number of its old one and of its place in
+        the block.
+    """
+    length = np.repeat(np.diff(pattern.indptr).astype(np.int64), s)  # of the new rows over s
+    starts = np.concatenate(([0], np.cumsum(s * length)))
+    first = np.repeat(np.repeat(pattern.indptr[:-1].astype(np.int64), s), length)
+    within = np.arange(len(first)) - np.repeat(starts[:-1] // s, length)
+    entry = np.repeat(first + within, s)
+    trial = np.tile(np.arange(s), len(first))
+    test = np.repeat(np.tile(np.arange(s), pattern.shape[0]), s * length)
+    return starts, s * pattern.indices[entry].astype(np.int64) + trial, entry, s * test + trial
 
 
 def _keys(matrix: sp.csr_matrix) -> Ints:

@@ -47,6 +47,11 @@ class BodyLink:
         self._theta_source = VertexValues(comm, heat.mesh, heat.V)
         self._theta_target = VertexValues(comm, mechanics.mesh, temperature.function_space)
 
+    def prepare(self) -> None:
+        """Make both transfers, for a run that needs them in every step; collective."""
+        if not self._same:
+            _ = self._to_heat, self._to_mechanics
+
     @cached_property
     def _to_heat(self) -> VolumeTransfer:
         return VolumeTransfer(self._comm, self._mechanics.mesh, self._heat.mesh, self._heat.name)
@@ -174,6 +179,8 @@ class Thermal:
     ) -> None:
         self.system, self.links, self.interfaces = system, tuple(bodies), tuple(interfaces)
         self.held, self.initial, self.moving = tuple(held), tuple(initial), moving
+        for link in self.links if moving else ():
+            link.prepare()
 
     @property
     def bodies(self) -> tuple[HeatBody, ...]:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse as sp
 
 from mpi4py import MPI
 
 from contactfem.heat import HeatBody, HeatLaw, HeatLoad
+from contactfem.heat_matrix import _blocked
 from contactfem.heat_system import HeatStepInput, HeatSystem, HeldTemperature
 from contactfem.meshes.block import Block
 from contactfem.meshing import distribute
@@ -160,3 +162,19 @@ def test_the_same_on_any_ranks(name):
                 for name, op in (("max", MPI.MAX), ("min", MPI.MIN))]  # fmt: skip
         found.append([b.stored, b.loads, *b.held, *ends])
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("stages", [1, 2, 3])
+def test_a_pattern_of_blocks(stages):
+    """As Kronecker products make it, with the same entries in the same places."""
+    pattern = sp.random(40, 60, 0.1, format="csr", random_state=1)
+    pattern.sort_indices()
+    pattern.data = np.arange(pattern.nnz) + 1.0
+    starts, columns, entry, place = _blocked(pattern, stages)
+    places = np.arange(stages**2, dtype=float).reshape(stages, stages) + 1.0
+    whole = sp.kron(pattern.astype(bool), places, format="csr")
+    assert np.array_equal(whole.indptr, starts)
+    assert np.array_equal(whole.indices, columns)
+    assert np.array_equal(whole.data - 1.0, place)
+    whole = sp.kron(pattern, np.ones((stages, stages)), format="csr")
+    assert np.array_equal(whole.data - 1.0, entry)
