@@ -16,10 +16,10 @@ PLAIN = """
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
     thermoelastic_references thermoelastic_stability
-    meshes model interface_laws scene element_choice relative_error error_measure heat_measure
+    boxes nearest meshes model interface_laws scene element_choice relative_error error_measure heat_measure
     measure contradictions heat_links adaptivity_links case_links case_errors case friction_choice
     listing
-    gaps rigid boxes nearest shapes location constants facets
+    gaps rigid shapes location constants facets
     archive checkpoint
     expect facts heat_words adaptivity_words plausible check mesh_files key_words case_reference
     charts interface_figure pictures heat_figure errors_figure meshes_figure figures snapshots
