@@ -15,8 +15,8 @@ PLAIN = """
     control renewal forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
-    thermoelastic_references thermoelastic_stability
-    boxes nearest meshes model interface_laws scene element_choice relative_error error_measure heat_measure
+    thermoelastic_references thermoelastic_stability boxes nearest
+    meshes model interface_laws scene element_choice relative_error error_measure heat_measure
     measure contradictions heat_links adaptivity_links case_links case_errors case friction_choice
     listing
     gaps rigid shapes location constants facets
