@@ -70,17 +70,18 @@ class Adaptation:
         self._found: dict[str, RelativeError] = {}
         self.first_meshes: tuple[MeshErrors, ...] = ()
         self.last_meshes: tuple[MeshErrors, ...] = ()
+        self._stress: StressEstimator | None = None
+        self._flux: FluxEstimator | None = None
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
         """Go on with these meshes; collective."""
         self._discretisation = discretisation
         settings = self.settings
-        self._stress = self._flux = None
         if self.case.mechanics and settings.for_mechanics() is not None:
-            self._stress = StressEstimator(self.case, discretisation)
+            self._stress = StressEstimator(self.case, discretisation, self._stress)
         if discretisation.heat is not None and settings.for_heat() is not None:
-            self._flux = FluxEstimator(self.case, discretisation)
+            self._flux = FluxEstimator(self.case, discretisation, self._flux)
 
     @property
     def lasting(self) -> tuple[Lasting, Lasting]:
