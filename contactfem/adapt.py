@@ -24,7 +24,6 @@ from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.relative_error import RelativeError
 from contactfem.results import ErrorStep, MeshErrors, Remeshing
-from contactfem.sizes import cell_sizes
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
 from contactfem.surfaces import Floats
@@ -218,7 +217,7 @@ class Adaptation:
         """New sizes of the meshes of one problem, and why."""
         settings = self.settings
         chosen = [
-            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.errors)
+            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.view.sizes, b.errors)
             for b in bodies
             if self._may_change(b.name)
         ]
@@ -292,7 +291,7 @@ class Adaptation:
 def _with_errors(problem: str, bodies: Sequence[BodyErrors], t: float) -> list[MeshErrors]:
     """Meshes of one problem with the densities of their errors."""
     data = [body.view.data for body in bodies]
-    areas = [cell_sizes(mesh.points, mesh.cells) ** 2 for mesh in data]
+    areas = [body.view.sizes**2 for body in bodies]
     area = sum(float(part.sum()) for part in areas)
     square = total(bodies).error_square
     scale = total(bodies).eta_printed * area / square if square > 0.0 else 0.0

@@ -70,7 +70,7 @@ class StressEstimator:
     ) -> None:
         self._case, self._discretisation = case, discretisation
         known = {} if before is None else before._bodies
-        self._bodies = {
+        self._bodies: dict[str, _Body] = {
             name: known[name]
             if name in known and known[name].of is body
             else self._made(name, body)
@@ -144,7 +144,7 @@ class FluxEstimator:
         assert discretisation.heat is not None
         self._case, self._thermal = case, discretisation.heat
         known = {} if before is None else {id(own.of): own for own in before._bodies}
-        self._bodies = [
+        self._bodies: list[_Body] = [
             known[id(body)] if id(body) in known else self._made(body)
             for body in self._thermal.bodies
         ]
