@@ -24,7 +24,6 @@ from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.relative_error import RelativeError
 from contactfem.results import ErrorStep, MeshErrors, Remeshing
-from contactfem.sizes import cell_sizes
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
 from contactfem.surfaces import Floats
@@ -70,17 +69,18 @@ class Adaptation:
         self._found: dict[str, RelativeError] = {}
         self.first_meshes: tuple[MeshErrors, ...] = ()
         self.last_meshes: tuple[MeshErrors, ...] = ()
+        self._stress: StressEstimator | None = None
+        self._flux: FluxEstimator | None = None
         self.use(discretisation)
 
     def use(self, discretisation: Discretisation) -> None:
         """Go on with these meshes; collective."""
         self._discretisation = discretisation
         settings = self.settings
-        self._stress = self._flux = None
         if self.case.mechanics and settings.for_mechanics() is not None:
-            self._stress = StressEstimator(self.case, discretisation)
+            self._stress = StressEstimator(self.case, discretisation, self._stress)
         if discretisation.heat is not None and settings.for_heat() is not None:
-            self._flux = FluxEstimator(self.case, discretisation)
+            self._flux = FluxEstimator(self.case, discretisation, self._flux)
 
     @property
     def lasting(self) -> tuple[Lasting, Lasting]:
@@ -217,7 +217,7 @@ class Adaptation:
         """New sizes of the meshes of one problem, and why."""
         settings = self.settings
         chosen = [
-            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.errors)
+            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.view.sizes, b.errors)
             for b in bodies
             if self._may_change(b.name)
         ]
@@ -291,7 +291,7 @@ class Adaptation:
 def _with_errors(problem: str, bodies: Sequence[BodyErrors], t: float) -> list[MeshErrors]:
     """Meshes of one problem with the densities of their errors."""
     data = [body.view.data for body in bodies]
-    areas = [cell_sizes(mesh.points, mesh.cells) ** 2 for mesh in data]
+    areas = [body.view.sizes**2 for body in bodies]
     area = sum(float(part.sum()) for part in areas)
     square = total(bodies).error_square
     scale = total(bodies).eta_printed * area / square if square > 0.0 else 0.0

@@ -6,6 +6,7 @@ from functools import cache
 import basix
 import numpy as np
 import numpy.typing as npt
+import scipy.sparse as sp
 import ufl
 from dolfinx import fem
 from dolfinx.cpp.fem import pack_coefficients, pack_constants
@@ -63,6 +64,16 @@ def assemble_into(A: PETSc.Mat, form: fem.Form) -> None:
     constants = pack_constants(form._cpp_object)
     coefficients = pack_coefficients(form._cpp_object)
     _assemble_matrix(A, form._cpp_object, constants, coefficients, [], True)
+
+
+def local_matrix(form: fem.Form) -> sp.csr_matrix:
+    """A bilinear form over this rank's cells, by its local dofs, owned and ghost; collective.
+
+    Args:
+        form: compiled bilinear form on a space without blocks.
+    """
+    whole = fem.assemble_matrix(form).to_scipy(ghosted=True)
+    return whole[:, : whole.shape[0]]  # the columns that follow belong to other ranks' rows
 
 
 class CellExpression:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mpi4py import MPI
 
 from contactfem import functions
+from contactfem.body_meshes import ON_AXIS, GivenMeshes, mechanical_mesh, thermal_mesh
 from contactfem.case import Case
 from contactfem.condensed import Interface
 from contactfem.constants import constants, search_radius
@@ -35,8 +35,7 @@ from contactfem.interface import (
     polyline_side,
 )
 from contactfem.mechanics import BodyProblem, Law, Load
-from contactfem.meshes.data import MeshData
-from contactfem.meshing import BodyMesh, distribute
+from contactfem.meshing import BodyMesh
 from contactfem.model import AXES
 from contactfem.numbering import Grip, Prescribed
 from contactfem.rigid import free_rigid_modes
@@ -50,7 +49,6 @@ if TYPE_CHECKING:
     from contactfem.thermal import Thermal
 
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
-ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
 
 
 @dataclass(frozen=True)
@@ -74,21 +72,12 @@ class Discretisation:
     heat: Thermal | None = None
 
 
-@dataclass(frozen=True)
-class GivenMeshes:
-    """Meshes that stand in for those of the case file, on the first rank: adapted ones.
-
-    Attributes:
-        mechanical: By body.
-        thermal: By body; a body that is not named shares its mechanical mesh.
-    """
-
-    mechanical: Mapping[str, MeshData]
-    thermal: Mapping[str, MeshData]
-
-
 def discretise(
-    case: Case, comm: MPI.Comm, timers: Timers, given: GivenMeshes | None = None
+    case: Case,
+    comm: MPI.Comm,
+    timers: Timers,
+    given: GivenMeshes | None = None,
+    before: Discretisation | None = None,
 ) -> Discretisation:
     """Build meshes, forms, numbering and interfaces of a case; collective.
 
@@ -96,8 +85,10 @@ def discretise(
         case: The case.
         comm: All ranks.
         timers: Where time is booked.
-        given: Meshes to take instead of those of the case, on the first rank; on the others their
-            names only count.
+        given: Meshes to take instead of those of the case, on the first rank.
+        before: What is kept, with all that was made of it, where no mesh is given; the names of
+            those that are given are then known on all ranks. Without it a body that is given no
+            thermal mesh shares its mechanical one.
 
     Returns:
         The discretisation.
@@ -105,15 +96,33 @@ def discretise(
     Raises:
         CaseError: The meshes do not fit the case.
     """
+    found = before
+    if found is None or (given is not None and given.mechanical):
+        found = _mechanics(case, comm, timers, given, before)
+    if case.heat is None:
+        return found
+    return replace(found, heat=_heat(case, found, comm, timers, given, before))
+
+
+def _mechanics(
+    case: Case,
+    comm: MPI.Comm,
+    timers: Timers,
+    given: GivenMeshes | None,
+    before: Discretisation | None,
+) -> Discretisation:
+    """The mechanical side alone."""
     with timers.book("mesh"):
+        old = {} if before is None else before.bodies
+        kept = {name: body.mesh for name, body in old.items()}
         meshes = {
-            name: _mesh(case, name, "mesh", comm)
-            if given is None
-            else distribute(comm, given.mechanical[name] if comm.rank == 0 else None)
-            for name in case.bodies
+            name: mechanical_mesh(case, name, comm, given, kept.get(name)) for name in case.bodies
         }
     with timers.book("jit"):
-        bodies = {name: _body(case, name, mesh) for name, mesh in meshes.items()}
+        bodies = {
+            name: old[name] if name in old and old[name].mesh is mesh else _body(case, name, mesh)
+            for name, mesh in meshes.items()
+        }
     with timers.book("setup"):
         index = {name: k for k, name in enumerate(bodies)}
         prescribed, grips, held = [], [], []
@@ -129,8 +138,8 @@ def discretise(
             for name, k in index.items():
                 prescribed.append(Prescribed(k, _on_axis(meshes[name], comm), 0, constant(0.0)))
                 held.append(f"{name} on the axis.x")
-        kept = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
-        system = System(comm, list(bodies.values()), prescribed, grips, kept)
+        multipliers = _multipliers(case, meshes) if case.solver.system == "saddle" else 0
+        system = System(comm, list(bodies.values()), prescribed, grips, multipliers)
         shared = shared_nodes(
             {name: _vertices_of(case, name, index, meshes) for name in case.interfaces}
         )
@@ -140,28 +149,31 @@ def discretise(
         )
         check_shared({interface.name: interface.nodes.mesh for interface in interfaces})
         unheld = frozenset(name for name in bodies if _is_unheld(case, name, meshes[name]))
-    thermal = None
-    if case.heat is not None:
-        thermal = _heat(case, bodies, meshes, interfaces, comm, timers, given)
-    return Discretisation(bodies, system, interfaces, tuple(held), unheld, thermal)
+    return Discretisation(bodies, system, interfaces, tuple(held), unheld)
 
 
 def _heat(
     case: Case,
-    bodies: dict[str, BodyProblem],
-    meshes: dict[str, BodyMesh],
-    interfaces: tuple[Interface, ...],
+    found: Discretisation,
     comm: MPI.Comm,
     timers: Timers,
     given: GivenMeshes | None,
+    before: Discretisation | None,
 ) -> Thermal:
     """The heat side, on thermal meshes or, where a body has none, on the mechanical one."""
     from contactfem.discretise_heat import discretise_heat
 
+    bodies = found.bodies
+    meshes = {name: body.mesh for name, body in bodies.items()}
+    known = None if before is None else before.heat
+    kept = {} if known is None else {body.name: body.mesh for body in known.bodies}
     with timers.book("mesh"):
-        thermal = {name: _thermal_mesh(case, name, meshes[name], comm, given) for name in bodies}
+        thermal = {
+            name: thermal_mesh(case, name, comm, given, mesh, kept.get(name))
+            for name, mesh in meshes.items()
+        }
     with timers.book("heat.setup"):
-        free = {interface.name: interface.nodes.mesh.free for interface in interfaces}
+        free = {interface.name: interface.nodes.mesh.free for interface in found.interfaces}
         sides = {}
         for name, interface in case.interfaces.items():
             body, _, surface = interface.nonmortar.partition(".")
@@ -169,50 +181,13 @@ def _heat(
             rigid = interface.mortar in case.obstacles
             obstacle = _obstacle(case, interface.mortar, face.X) if rigid else None
             sides[name] = obstacle, search_radius(interface, face), free.get(name)
-        return discretise_heat(case, bodies, thermal, sides, comm, timers)
+        return discretise_heat(case, bodies, thermal, sides, comm, timers, known)
 
 
 def _multipliers(case: Case, meshes: dict[str, BodyMesh]) -> int:
     """Number of components of the multipliers of all interfaces."""
     sides = [interface.nonmortar.partition(".") for interface in case.interfaces.values()]
     return sum(meshes[body].surface(surface).X.size for body, _, surface in sides)
-
-
-def _thermal_mesh(
-    case: Case, name: str, mechanical: BodyMesh, comm: MPI.Comm, given: GivenMeshes | None
-) -> BodyMesh:
-    """A body's thermal mesh: its own, or its mechanical one."""
-    if given is not None:
-        own = bool(comm.bcast(name in given.thermal))
-        return distribute(comm, given.thermal.get(name)) if own else mechanical
-    own = case.bodies[name].thermal_mesh is not None
-    return _mesh(case, name, "thermal_mesh", comm) if own else mechanical
-
-
-def _mesh(case: Case, name: str, key: Literal["mesh", "thermal_mesh"], comm: MPI.Comm) -> BodyMesh:
-    """A body's mesh on the ranks; an error of the builder on the first rank is raised on all."""
-    data, error = None, None
-    if comm.rank == 0:
-        try:
-            data = getattr(case.bodies[name], key).build()
-            if case.axisymmetric:
-                _check_radii(data.points[:, 0])
-        except CaseError as raised:
-            error = CaseError(f"{case.path}: bodies.{name}.{key}: {raised}")
-    error = comm.bcast(error)
-    if error is not None:
-        raise error
-    return distribute(comm, data)
-
-
-def _check_radii(r: Floats) -> None:
-    """Radii must not be negative, beyond round-off.
-
-    Raises:
-        CaseError: Some are.
-    """
-    if r.min() < -ON_AXIS * float(np.abs(r).max()):
-        raise CaseError(f"reaches to x = {r.min():g} m; x is the distance from the axis")
 
 
 def _on_axis(mesh: BodyMesh, comm: MPI.Comm) -> Ints:

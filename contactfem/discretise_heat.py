@@ -35,6 +35,7 @@ def discretise_heat(
     sides: Mapping[str, tuple[RigidSide | None, float, Bools | None]],
     comm: MPI.Comm,
     timers: Timers,
+    before: Thermal | None = None,
 ) -> Thermal:
     """Build the heat side of a case; collective.
 
@@ -46,6 +47,7 @@ def discretise_heat(
             and which components of its mechanical nodes contact may move, if there is mechanics.
         comm: All ranks.
         timers: Where time is booked.
+        before: A heat side, of which bodies are taken whose mesh is the same.
 
     Returns:
         The heat side.
@@ -55,7 +57,13 @@ def discretise_heat(
     """
     assert case.heat is not None
     index = {name: k for k, name in enumerate(bodies)}
-    heat = [_body(case, name, meshes[name]) for name in bodies]
+    kept = {} if before is None else {body.name: body for body in before.bodies}
+    heat = [
+        kept[name]
+        if name in kept and kept[name].mesh is meshes[name]
+        else _body(case, name, meshes[name])
+        for name in bodies
+    ]
     held, names = [], []
     for condition in case.conditions:
         if condition.temperature is not None:

@@ -1,6 +1,7 @@
 """Estimated errors of stress and heat flux on the meshes of a run, (32)-(36), on all ranks."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from contactfem.boundary_data import (
     vertex_normals,
 )
 from contactfem.case import Case
+from contactfem.compat import CellExpression
 from contactfem.constrained_recovery import Conditions as Known
 from contactfem.constrained_recovery import heat_flow_rows, traction_rows
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
+from contactfem.heat import HeatBody
 from contactfem.heat_interface import HeatExchange
 from contactfem.interface_recovery import (
     MechanicalState,
@@ -28,6 +31,7 @@ from contactfem.interface_recovery import (
     recover_heat_flux,
     recover_stress,
 )
+from contactfem.mechanics import BodyProblem
 from contactfem.mesh_view import MeshView
 from contactfem.relative_error import RelativeError
 from contactfem.space_error import elastic_compliance, sample_points
@@ -42,31 +46,48 @@ def total(bodies: Sequence[BodyErrors]) -> RelativeError:
     return sum((body.total for body in bodies), RelativeError(0.0, 0.0))
 
 
+@dataclass(frozen=True)
+class _Body:
+    """What estimates need of a body: recovery on its mesh, its field, and values at vertices."""
+
+    of: BodyProblem | HeatBody
+    recovery: BodyRecovery
+    field: CellExpression
+    u: VertexValues
+
+
 class StressEstimator:
     """Errors of the stress in the complementary energy norm, σ·C⁻¹σ per current volume.
 
     Args:
         case: The case.
         discretisation: Its bodies and interfaces.
+        before: An estimator of which is taken what was made for bodies that are the same.
     """
 
-    def __init__(self, case: Case, discretisation: Discretisation) -> None:
+    def __init__(
+        self, case: Case, discretisation: Discretisation, before: "StressEstimator | None" = None
+    ) -> None:
         self._case, self._discretisation = case, discretisation
-        comm, bodies = discretisation.system.comm, discretisation.bodies
-        self._recoveries, self._stress = {}, {}
-        for name, body in bodies.items():
-            material = case.materials[case.bodies[name].material]
-            view = MeshView.of(comm, body.mesh)
-            self._recoveries[name] = BodyRecovery(
-                name,
-                view,
-                elastic_compliance(material.E, material.nu),
-                axisymmetric=case.axisymmetric,
-            )
-            self._stress[name] = body.stress_at(sample_points(view.data.cells.shape[1]))
-        self._u = {
-            name: VertexValues(comm, body.mesh, body.vertex_space) for name, body in bodies.items()
+        known = {} if before is None else before._bodies
+        self._bodies: dict[str, _Body] = {
+            name: known[name]
+            if name in known and known[name].of is body
+            else self._made(name, body)
+            for name, body in discretisation.bodies.items()
         }
+
+    def _made(self, name: str, body: BodyProblem) -> _Body:
+        case, comm = self._case, self._discretisation.system.comm
+        material = case.materials[case.bodies[name].material]
+        view = MeshView.of(comm, body.mesh)
+        metric = elastic_compliance(material.E, material.nu)
+        return _Body(
+            body,
+            BodyRecovery(name, view, metric, axisymmetric=case.axisymmetric),
+            body.stress_at(sample_points(view.data.cells.shape[1])),
+            VertexValues(comm, body.mesh, body.vertex_space),
+        )
 
     def __call__(self, conditions: Sequence[Conditions], t: float) -> list[BodyErrors]:
         """Errors at the bodies' present displacement, per body; collective.
@@ -77,11 +98,11 @@ class StressEstimator:
         """
         case, fields = self._case, {}
         for name, body in self._discretisation.bodies.items():
-            recovery = self._recoveries[name]
-            x = recovery.points
+            own = self._bodies[name]
+            recovery, x = own.recovery, own.recovery.points
             if case.strain == "finite":
-                x = x + self._u[name].replicate(body.u.x.array)
-            values = recovery.view.cells(self._stress[name].values()[:, :, PLANE])
+                x = x + own.u.replicate(body.u.x.array)
+            values = recovery.view.cells(own.field.values()[:, :, PLANE])
             field = fields[name] = RecoveredField(recovery, x, values)
             known = tractions(case, name, recovery.view, x, t)
             rows = vertex_conditions(recovery.view.boundary, x, known, cartesian_rows, len(PLANE))
@@ -114,23 +135,32 @@ class FluxEstimator:
     Args:
         case: The case.
         discretisation: Its heat side.
+        before: An estimator of which is taken what was made for bodies that are the same.
     """
 
-    def __init__(self, case: Case, discretisation: Discretisation) -> None:
+    def __init__(
+        self, case: Case, discretisation: Discretisation, before: "FluxEstimator | None" = None
+    ) -> None:
         assert discretisation.heat is not None
         self._case, self._thermal = case, discretisation.heat
+        known = {} if before is None else {id(own.of): own for own in before._bodies}
+        self._bodies: list[_Body] = [
+            known[id(body)] if id(body) in known else self._made(body)
+            for body in self._thermal.bodies
+        ]
         comm = discretisation.system.comm
-        bodies = self._thermal.bodies
-        self._recoveries, self._flux = [], []
-        for body in bodies:
-            view = MeshView.of(comm, body.mesh)
-            metric = np.asarray(np.eye(2) / body.law.conductivity)
-            self._recoveries.append(
-                BodyRecovery(body.name, view, metric, axisymmetric=case.axisymmetric)
-            )
-            self._flux.append(body.flux_at(sample_points(view.data.cells.shape[1])))
-        self._u = [VertexValues(comm, body.mesh, body.displacement_space) for body in bodies]
-        self._theta = [VertexValues(comm, body.mesh, body.V) for body in bodies]
+        self._theta = [VertexValues(comm, body.mesh, body.V) for body in self._thermal.bodies]
+
+    def _made(self, body: HeatBody) -> _Body:
+        case, comm = self._case, self._thermal.system.comm
+        view = MeshView.of(comm, body.mesh)
+        metric = np.asarray(np.eye(2) / body.law.conductivity)
+        return _Body(
+            body,
+            BodyRecovery(body.name, view, metric, axisymmetric=case.axisymmetric),
+            body.flux_at(sample_points(view.data.cells.shape[1])),
+            VertexValues(comm, body.mesh, body.displacement_space),
+        )
 
     def __call__(
         self, theta: Sequence[Floats], exchanges: Sequence[HeatExchange], t: float
@@ -144,12 +174,12 @@ class FluxEstimator:
         """
         case, fields = self._case, {}
         for k, body in enumerate(self._thermal.bodies):
-            recovery = self._recoveries[k]
-            x = recovery.points
+            own = self._bodies[k]
+            recovery, x = own.recovery, own.recovery.points
             if body.deforms:
-                x = x + self._u[k].replicate(body.u.x.array)
+                x = x + own.u.replicate(body.u.x.array)
             body.theta.x.array[:] = theta[k]
-            values = recovery.view.cells(self._flux[k].values())
+            values = recovery.view.cells(own.field.values())
             field = fields[body.name] = RecoveredField(recovery, x, values)
             at_vertices = self._theta[k].replicate(theta[k])[:, 0]
             known = heat_flows(case, body.name, recovery.view, at_vertices, t)

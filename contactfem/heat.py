@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import basix.ufl
 import numpy as np
+import scipy.sparse as sp
 import ufl
 from dolfinx import fem
 from dolfinx.mesh import Mesh
@@ -14,7 +15,7 @@ from ufl.core.expr import Expr
 
 from petsc4py import PETSc
 
-from contactfem.compat import CellExpression, assemble_into
+from contactfem.compat import CellExpression, assemble_into, local_matrix
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.meshing import BodyMesh, dofs_at_vertices
@@ -120,7 +121,11 @@ class HeatBody:
         Returns:
             [J/m] or [W/m], flat over local dofs.
         """
-        return self._forms.act(self._forms.storage_action, theta)
+        return np.asarray(self._storage @ theta)
+
+    @cached_property
+    def _storage(self) -> sp.csr_matrix:
+        return local_matrix(self._forms.storage_matrix)
 
     def conducted(self, theta: Floats) -> Floats:
         """Heat that leaves nodes by conduction, and what convection takes per temperature [W/m].
@@ -128,7 +133,13 @@ class HeatBody:
         Args:
             theta: ϑ [K], flat over local dofs.
         """
-        return self._forms.act(self._forms.conduction_action, theta)
+        if self.deforms:
+            return self._forms.conducted(theta)
+        return np.asarray(self._conduction @ theta)
+
+    @cached_property
+    def _conduction(self) -> sp.csr_matrix:
+        return local_matrix(self._forms.conduction_matrix)
 
     def supplied(self, t: float) -> Floats:
         """Heat that the loads bring at a time [W/m], flat over local dofs.
@@ -188,10 +199,8 @@ class _Forms:
         self._w = fem.Function(body.V)
         self._loads = [(self._placeholder(load.value), load) for load in loads]
         v, trial = ufl.TestFunction(body.V), ufl.TrialFunction(body.V)
-        stored = partial(storage, v=v, capacity=capacity, depth=self._depth, dx=self._dx_mass)
-        self.storage_action = fem.form(stored(self._w))
-        self.storage_matrix = fem.form(stored(trial))
-        self.conduction_action = fem.form(self._conducted(self._w, v))
+        self.storage_matrix = fem.form(storage(trial, v, capacity, self._depth, self._dx_mass))
+        self._action = fem.form(self._conducted(self._w, v)) if body.deforms else None
         self.conduction_matrix = fem.form(self._conducted(trial, v))
         supplies = [self._supplied(value, load, v) for value, load in self._loads]
         self._supply = fem.form(sum(supplies[1:], supplies[0])) if supplies else None
@@ -199,10 +208,11 @@ class _Forms:
         if body.law.cooling is not None:
             self._cooling = _Cooling(body, self._deformation, self._depth, self._dx_mass)
 
-    def act(self, action: fem.Form, values: Floats) -> Floats:
-        """Assemble the action of a bilinear form on local values, this rank's cells."""
-        self._w.x.array[:] = values
-        return _assembled(action, len(values))
+    def conducted(self, theta: Floats) -> Floats:
+        """Assemble the conduction of a body that deforms, this rank's cells."""
+        assert self._action is not None
+        self._w.x.array[:] = theta
+        return _assembled(self._action, len(theta))
 
     def supply(self, t: float) -> Floats:
         """Assemble the loads at a time, this rank's cells."""

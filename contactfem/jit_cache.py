@@ -1,4 +1,7 @@
-"""The cache of compiled forms, cleared of what a process that was killed has left half compiled.
+"""The cache of compiled forms: what a process that was killed has left half compiled is cleared.
+
+What a run has looked up it remembers: forms of a new mesh are those of the old one, and a look-up
+reads the whole folder.
 
 X.c says that X is compiled or being compiled, X.c.cached that it is ready. dolfinx waits for the
 second and then gives up.
@@ -6,12 +9,15 @@ second and then gives up.
 
 import fcntl
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
+import ufl
+from dolfinx import jit
 from dolfinx.jit import get_options
+from ffcx.naming import compute_signature
 
 from mpi4py import MPI
 
@@ -23,6 +29,8 @@ LONG_AGO = 60.0  # seconds after which a compilation is given up although other 
 def compiling(comm: MPI.Comm) -> Iterator[None]:
     """Forms may be compiled inside, without waiting for processes that are no more; collective.
 
+    Each is looked up once.
+
     Args:
         comm: All ranks; the first one compiles.
     """
@@ -32,11 +40,29 @@ def compiling(comm: MPI.Comm) -> Iterator[None]:
         with suppress(OSError):  # no cache to write to, or no locks there: nothing to clear
             lease = _lease(options["cache_dir"], float(options["timeout"]))
     comm.barrier()
+    compiler = jit.ffcx_jit
+    jit.ffcx_jit = _remembering(compiler)
     try:
         yield
     finally:
+        jit.ffcx_jit = compiler
         if lease is not None:
             lease.close()
+
+
+def _remembering(compiler: Callable[..., Any]) -> Callable[..., Any]:
+    """The same compiler, but equal forms and expressions are the same; the ranks agree on that."""
+    known: dict[str, Any] = {}
+
+    def compiled(comm: MPI.Comm, form: Any, *args: Any, **options: Any) -> Any:
+        if isinstance(form, ufl.Mesh):
+            return compiler(comm, form, *args, **options)
+        key = compute_signature([form], repr((comm.size, args, options)))
+        if key not in known:
+            known[key] = compiler(comm, form, *args, **options)
+        return known[key]
+
+    return compiled
 
 
 def _lease(folder: Path, patience: float) -> IO[bytes]:

@@ -10,7 +10,6 @@ from contactfem.recovery import Floats, Ints
 from contactfem.relative_error import RelativeError
 from contactfem.sizes import (
     SizeLimits,
-    cell_sizes,
     equal_error_sizes,
     goal,
     predict,
@@ -32,12 +31,14 @@ class BodyCells:
         name: Name of the body.
         points: Its vertices [m], (n, 2).
         cells: Its cells, (m, 3 or 4).
+        sizes: Sizes of the cells [m], (m,).
         errors: ‖e‖² of each cell, (m,).
     """
 
     name: str
     points: Floats
     cells: Ints
+    sizes: Floats
     errors: Floats
 
 
@@ -133,7 +134,7 @@ def _wanted(
     kept = whole.error_square - sum(float(body.errors.sum()) for body in bodies)
     square = goal(whole, policy.aim * policy.tolerance) - kept
     square = max(square, LEAST_SHARE * goal(whole, policy.tolerance))
-    h = np.concatenate([cell_sizes(body.points, body.cells) for body in bodies])
+    h = np.concatenate([body.sizes for body in bodies])
     e = np.concatenate([body.errors for body in bodies])
     new = equal_error_sizes(h, e, square, ORDER)
     ends = np.cumsum([len(body.cells) for body in bodies])[:-1]
@@ -146,7 +147,7 @@ def _fewest_cells(
     """Cells without a limit of their growth: no mesh with the wanted sizes has fewer."""
     count = 0.0
     for body in bodies:
-        h, limit = cell_sizes(body.points, body.cells), limits.of(body.points)
+        h, limit = body.sizes, limits.of(body.points)
         largest = np.minimum(limit.largest, limit.coarsening * h)
         new = np.clip(wanted[body.name], limit.smallest, np.maximum(largest, limit.smallest))
         count += float(np.sum((h / new) ** 2))

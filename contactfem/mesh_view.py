@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from contactfem.meshes.data import MeshData, boundary_facets
 from contactfem.meshing import BodyMesh
+from contactfem.sizes import cell_sizes
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,6 +42,11 @@ class MeshView:
     def boundary(self) -> Ints:
         """Boundary facets (k, 2), the body on their left."""
         return boundary_facets(self.data.cells, self.data.cell_type)
+
+    @cached_property
+    def sizes(self) -> Floats:
+        """Sizes of the cells [m], (m,)."""
+        return cell_sizes(self.data.points, self.data.cells)
 
     @cached_property
     def _mine(self) -> Ints:

@@ -1,14 +1,20 @@
 """New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
 
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 from dolfinx import fem
 
 from mpi4py import MPI
 
+from contactfem.body_meshes import GivenMeshes
 from contactfem.case import Case
 from contactfem.condensed import Interface
 from contactfem.contact import History
-from contactfem.discretise import Discretisation, GivenMeshes
+from contactfem.discretise import Discretisation
 from contactfem.elements import cell_size
 from contactfem.errors import CaseError
 from contactfem.heat import HeatBody
@@ -16,10 +22,14 @@ from contactfem.laws import Trial
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.size_field import size_field
+from contactfem.ringing import Increments
 from contactfem.state import State, initial_state
 from contactfem.surfaces import Floats
 from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
 from contactfem.verdicts import NewSizes
+
+if TYPE_CHECKING:
+    from contactfem.thermal import Thermal
 
 NEARLY = 0.05  # relative change of a body's heat by interpolation up to which it is scaled back
 
@@ -27,21 +37,19 @@ NEARLY = 0.05  # relative change of a body's heat by interpolation up to which i
 def new_meshes(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
     """Advancing-front meshes of the exact geometries; collective.
 
-    With heat every body has a thermal mesh of its own from then on.
-
     Args:
         case: The case.
         present: Has the present meshes.
         sizes: Wanted sizes.
 
     Returns:
-        The meshes on the first rank, nothing on the others.
+        The meshes, on the first rank; on the others their names.
 
     Raises:
         CaseError: A body cannot be meshed at these sizes.
     """
     comm = present.system.comm
-    found, error = GivenMeshes({}, {}), None
+    found, error = GivenMeshes(dict.fromkeys(sizes.mechanical), dict.fromkeys(sizes.thermal)), None
     if comm.rank == 0:
         try:
             found = _made(case, present, sizes)
@@ -54,24 +62,22 @@ def new_meshes(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMes
 
 
 def _made(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
-    mechanical = {
-        name: _mesh(case, name, body.mesh.data, sizes.mechanical.get(name))
-        for name, body in present.bodies.items()
-    }
-    if present.heat is None:
-        return GivenMeshes(mechanical, {})
-    thermal = {
-        body.name: _mesh(case, body.name, body.mesh.data, sizes.thermal.get(body.name))
-        for body in present.heat.bodies
-    }
-    return GivenMeshes(mechanical, thermal)
+    warm = {} if present.heat is None else {body.name: body.mesh for body in present.heat.bodies}
+    return GivenMeshes(
+        {
+            name: _mesh(case, name, present.bodies[name].mesh.data, wanted)
+            for name, wanted in sizes.mechanical.items()
+        },
+        {
+            name: _mesh(case, name, warm[name].data, wanted)
+            for name, wanted in sizes.thermal.items()
+        },
+    )
 
 
-def _mesh(case: Case, name: str, data: MeshData | None, sizes: Floats | None) -> MeshData:
-    """The present mesh of a body, or one with new sizes."""
+def _mesh(case: Case, name: str, data: MeshData | None, sizes: Floats) -> MeshData:
+    """A mesh of a body with new sizes, given on its present one."""
     assert data is not None
-    if sizes is None:
-        return data
     keep = [c.at for c in case.conditions if c.body == name and c.at is not None]
     keep += [probe.at for probe in case.probes.values() if probe.on == name]
     try:
@@ -97,49 +103,64 @@ def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: fl
     Returns:
         That state on the new meshes.
     """
+    state.restore(old)
     if state.t == 0.0:  # what is given then has its values on any mesh
         return initial_state(new, ramp_end)
-    state.restore(old)
+    result = replace(state, repeatable=False)
+    if new.system is not old.system:
+        result = _carry_mechanics(old, new, result, ramp_end)
+    if old.heat is not None and new.heat is not None:
+        _carry_temperatures(old.heat, new, result)
+    return result
+
+
+def _carry_mechanics(
+    old: Discretisation, new: Discretisation, state: State, ramp_end: float
+) -> State:
+    """The mechanical side of a state, which the old bodies are set to, on new meshes."""
     comm, system = new.system.comm, new.system
     for name, body in new.bodies.items():
-        _carry_displacement(comm, old.bodies[name], body)
+        if body is not old.bodies[name]:
+            _carry_displacement(comm, old.bodies[name], body)
     u = [body.u.x.array.copy() for body in system.bodies]
     system.from_fields(u, system.x)
     system.spread(system.x)
     pairs = list(zip(old.interfaces, new.interfaces, strict=True))
     transfers = [_surface(old, new, k) for k in range(len(pairs))]
-    result = State(
-        state.t,
-        system.x.array.copy(),
-        [body.u.x.array.copy() for body in system.bodies],
-        tuple(
+    return replace(
+        state,
+        x=system.x.array.copy(),
+        u=[body.u.x.array.copy() for body in system.bodies],
+        histories=tuple(
             _history(after, history, transfer, state.t, ramp_end)
             for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
         ),
-        [transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
-        dt=state.dt,
+        slip=[transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
+        conditions=(),
         guess=tuple(
             _nearest(transfer, guess)
             for transfer, guess in zip(transfers, state.starts(), strict=True)
         ),
     )
-    if old.heat is not None and new.heat is not None:
-        links = list(zip(old.heat.bodies, new.heat.bodies, strict=True))
-        moves = [VolumeTransfer(comm, a.mesh, b.mesh, a.name) for a, b in links]
-        theta = [
-            _carry_heat(comm, move, a, b, values)
-            for move, (a, b), values in zip(moves, links, state.theta, strict=True)
-        ]
-        new.heat.system.set_held(state.t, theta)
-        for link, values in zip(new.heat.links, theta, strict=True):
-            link.deform()
-            link.warm(values)
-        result.accept_heat(theta, (), new)
-        result.rate = [
-            _interpolated(comm, move, a, b, values)
-            for move, (a, b), values in zip(moves, links, state.rate, strict=False)
-        ]
-    return result
+
+
+def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None:
+    """The heat side of a state on new meshes, or with mechanics on new ones."""
+    assert new.heat is not None
+    comm, thermal = new.system.comm, new.heat
+    theta, rate = [values.copy() for values in state.theta], list(state.rate)
+    for k, (a, b) in enumerate(zip(old.bodies, thermal.bodies, strict=True)):
+        if a is b:
+            continue
+        move = VolumeTransfer(comm, a.mesh, b.mesh, a.name)
+        theta[k] = _carry_heat(comm, move, a, b, theta[k])
+        rate[k : k + 1] = [_interpolated(comm, move, a, b, values) for values in rate[k : k + 1]]
+    thermal.system.set_held(state.t, theta)
+    for link, values in zip(thermal.links if thermal.moving else (), theta, strict=False):
+        link.deform()
+        link.warm(values)
+    state.accept_heat(theta, (), new)
+    state.rate, state.increments = rate, Increments()
 
 
 def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:

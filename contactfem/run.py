@@ -288,11 +288,12 @@ class _Loop:
         with self.timers.book("remesh"):
             old, comm = self.discretisation, self.discretisation.system.comm
             given = new_meshes(self.case, old, verdict.sizes)
-            new = discretise(self.case, comm, self.timers, given)
+            new = discretise(self.case, comm, self.timers, given, old)
             self.state = carried(old, new, self.state, self.ramp_end)
             self.before = None
             self.discretisation = new
-            self.solver = _solver(self.case, new, self.timers) if self.case.mechanics else None
+            if self.case.mechanics and new.system is not old.system:
+                self.solver = _solver(self.case, new, self.timers)
             self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
             self.alone = self._alone()
             self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)

@@ -11,7 +11,8 @@ from mpi4py import MPI
 
 from contactfem import packing
 from contactfem.archive import Array, Tree
-from contactfem.discretise import Discretisation, GivenMeshes
+from contactfem.body_meshes import GivenMeshes
+from contactfem.discretise import Discretisation
 from contactfem.meshes.data import MeshData
 from contactfem.meshing import BodyMesh
 from contactfem.ringing import Increment, Increments, Zigzag

@@ -92,7 +92,9 @@ def squared_norms(rule: Quadrature, field: Floats, metric: Floats | None = None)
     field = field[:, None, :] if field.ndim == 2 else field
     weighted = field if metric is None else field @ metric
     densities = np.einsum("mqc,mqc->mq", weighted, field)
-    return np.asarray((rule.weights * densities).sum(axis=1))
+    if densities.shape[1] == 1:
+        return np.asarray(rule.weights.sum(axis=1) * densities[:, 0])
+    return np.asarray(np.einsum("mq,mq->m", rule.weights, densities))
 
 
 def squared_errors(
@@ -111,7 +113,14 @@ def squared_errors(
         Squares of the errors, shape (m,).
     """
     discrete = discrete[:, None, :] if discrete.ndim == 2 else discrete
-    return squared_norms(rule, rule.shapes @ recovered[cells] - discrete, metric)
+    if metric is not None and metric.ndim == 2:  # M = L Lᵀ: |Lᵀτ|² costs less than τ·Mτ
+        root = np.linalg.cholesky(metric)
+        return squared_errors(rule, cells, recovered @ root, discrete @ root, None)
+    m, nv = cells.shape
+    error = np.zeros((m, len(rule.shapes), recovered.shape[1]))
+    for vertex in range(nv):
+        error += rule.shapes[:, vertex, None] * recovered[cells[:, vertex]][:, None, :]
+    return squared_norms(rule, error - discrete, metric)
 
 
 def relative_error(errors: Floats, norms: Floats) -> RelativeError:

@@ -1,15 +1,21 @@
 """Wanted cell sizes over a plane body, given at the nodes of its old mesh."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.boxes import BoxTree
 from contactfem.errors import MeshError
 from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets
 
+if TYPE_CHECKING:
+    from contactfem.nearest import NearestFacets
+
 EQUILATERAL = np.sqrt(3.0) / 4.0  # area of a triangle of side 1
-CHUNK = 500  # points that are looked for at once, which bounds the memory
 INSIDE = -1e-9  # barycentric coordinate above which a point counts as inside
 
 
@@ -34,8 +40,15 @@ class SizeField:
 
     def at(self, x: Floats) -> Floats:
         """Sizes (k,) [m] at points (k, 2) [m]."""
-        parts = [self._at(x[k : k + CHUNK]) for k in range(0, len(x), CHUNK)]
-        return np.concatenate([np.empty(0), *parts])
+        point, cell, share = self._inside(x)
+        sizes = np.full(len(x), np.nan)
+        sizes[point] = np.sum(share * self.sizes[self.cells[cell]], axis=1)
+        outside = np.flatnonzero(np.isnan(sizes))
+        if len(outside):
+            edges, search = self._boundary
+            edge, part, _ = search.closest(x[outside])
+            sizes[outside] = np.sum(part * self.sizes[edges[edge]], axis=1)
+        return sizes
 
     def number_of_cells(self) -> float:
         """Equilateral triangles that fill the old mesh at these sizes, ∫ 4 / (√3 h²) dA.
@@ -49,7 +62,7 @@ class SizeField:
         bend = np.divide(second - first, c - a, out=0.5 / (a + b + c) ** 2 * 9.0, where=apart)
         return float(np.sum(2.0 * _areas(self.points, self.cells) * bend) / EQUILATERAL)
 
-    def graded(self, growth: float) -> "SizeField":
+    def graded(self, growth: float) -> SizeField:
         """The same sizes, but none larger than another plus `growth` times the way along edges.
 
         Args:
@@ -70,7 +83,7 @@ class SizeField:
             np.minimum.at(sizes, b, before[a] + rise)
         return replace(self, sizes=sizes)
 
-    def limited(self, x: Floats, sizes: Floats, growth: float) -> "SizeField":
+    def limited(self, x: Floats, sizes: Floats, growth: float) -> SizeField:
         """Graded sizes that are also small around points.
 
         Args:
@@ -89,29 +102,31 @@ class SizeField:
         return replace(self, sizes=limited).graded(growth)
 
     @cached_property
-    def _boxes(self) -> tuple[Floats, Floats]:
-        """Smallest and largest coordinates (2, m) [m] of each triangle, with some room."""
-        a, b, c = self.points[self.cells].transpose(1, 2, 0)
+    def _boxes(self) -> BoxTree:
+        """Boxes of the triangles, with some room."""
+        corners = self.points[self.cells]
         slack = 1e-9 * np.ptp(self.points)
-        low = np.minimum(np.minimum(a, b), c) - slack
-        return low, np.maximum(np.maximum(a, b), c) + slack
+        return BoxTree(corners.min(axis=1) - slack, corners.max(axis=1) + slack)
 
     @cached_property
-    def _boundary(self) -> Ints:
-        """Facets (k, 2) on the boundary."""
-        return boundary_facets(self.cells, "triangle")
+    def _boundary(self) -> tuple[Ints, NearestFacets]:
+        """Facets (k, 2) on the boundary, searched for the nearest one."""
+        from contactfem.nearest import NearestFacets  # scipy, not before a mesh is adapted
 
-    def _at(self, x: Floats) -> Floats:
-        """Sizes at some points."""
-        point, cell, share = _inside(x, self.points[self.cells], *self._boxes)
-        sizes = np.full(len(x), np.nan)
-        sizes[point] = np.sum(share * self.sizes[self.cells[cell]], axis=1)
-        outside = np.flatnonzero(np.isnan(sizes))
-        if len(outside):
-            a, b = self._boundary.T
-            edge, part = nearest_edge(x[outside], self.points[a], self.points[b])
-            sizes[outside] = (1.0 - part) * self.sizes[a[edge]] + part * self.sizes[b[edge]]
-        return sizes
+        edges = boundary_facets(self.cells, "triangle")
+        return edges, NearestFacets(self.points, edges)
+
+    def _inside(self, x: Floats) -> tuple[Ints, Ints, Floats]:
+        """Points that lie in a triangle, which one, and their barycentric coordinates (k, 3)."""
+        point, cell = self._boxes.meeting(x, x)
+        a, b, c = self.points[self.cells[cell]].transpose(1, 2, 0)
+        (ux, uy), (vx, vy), (wx, wy) = b - a, c - a, x[point].T - a
+        det = ux * vy - uy * vx
+        s, t = (wx * vy - wy * vx) / det, (ux * wy - uy * wx) / det
+        share = np.stack([1.0 - s - t, s, t], axis=1)
+        inside = share.min(axis=1) >= INSIDE
+        point, once = np.unique(point[inside], return_index=True)
+        return point, cell[inside][once], share[inside][once]
 
 
 def size_field(data: MeshData, sizes: Floats) -> SizeField:
@@ -145,27 +160,6 @@ def _areas(points: Floats, cells: Ints) -> Floats:
     (ax, ay), (bx, by) = (points[cells[:, k]].T - points[cells[:, 0]].T for k in (1, 2))
     areas: Floats = 0.5 * np.abs(ax * by - ay * bx)
     return areas
-
-
-def _inside(x: Floats, corners: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints, Floats]:
-    """Points that lie in a triangle, which one, and their barycentric coordinates (k, 3) in it."""
-    # candidates: points in the strip of a triangle's range of x, then in its range of y
-    order = np.argsort(x[:, 0])
-    first = np.searchsorted(x[order, 0], low[0])
-    count = np.searchsorted(x[order, 0], high[0]) - first
-    cell = np.repeat(np.arange(len(corners)), count)
-    point = order[np.arange(len(cell)) + np.repeat(first - np.cumsum(count) + count, count)]
-    y = x[point, 1]
-    close = (y >= low[1, cell]) & (y <= high[1, cell])
-    point, cell = point[close], cell[close]
-    a, b, c = corners[cell].transpose(1, 2, 0)
-    (ux, uy), (vx, vy), (wx, wy) = b - a, c - a, x[point].T - a
-    det = ux * vy - uy * vx
-    s, t = (wx * vy - wy * vx) / det, (ux * wy - uy * wx) / det
-    share = np.stack([1.0 - s - t, s, t], axis=1)
-    inside = share.min(axis=1) >= INSIDE
-    point, once = np.unique(point[inside], return_index=True)
-    return point, cell[inside][once], share[inside][once]
 
 
 def nearest_edge(x: Floats, a: Floats, b: Floats) -> tuple[Ints, Floats]:

@@ -15,11 +15,11 @@ PLAIN = """
     control renewal forms kernels _kernels homogeneous engineering overrides profiles
     time_schemes ringing
     heat_laws heat_references heat_transients manufactured
-    thermoelastic_references thermoelastic_stability
+    thermoelastic_references thermoelastic_stability boxes nearest
     meshes model interface_laws scene element_choice relative_error error_measure heat_measure
     measure contradictions heat_links adaptivity_links case_links case_errors case friction_choice
     listing
-    gaps rigid boxes nearest shapes location constants facets
+    gaps rigid shapes location constants facets
     archive checkpoint
     expect facts heat_words adaptivity_words plausible check mesh_files key_words case_reference
     charts interface_figure pictures heat_figure errors_figure meshes_figure figures snapshots
@@ -38,7 +38,7 @@ PARALLEL = """
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
     direct schur held dense interface_matrix on_interfaces constant reused linear_solver newton
     heat heat_interface heat_matrix heat_system thermal
-    discretise_heat fields discretise diagnosis state staggered heat_record
+    discretise_heat fields body_meshes discretise diagnosis state staggered heat_record
     estimate remesh adapt gathering recorder
     packing snapshot keeper first_contact outcome run
     suite cli_run cli_study cli

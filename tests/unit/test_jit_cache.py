@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
+import ufl
+from dolfinx import fem, jit, mesh
 
 from mpi4py import MPI
 
@@ -102,3 +104,28 @@ def test_a_process_killed_while_it_compiles(tmp_path):
     assert again.returncode == 0, again.stderr
     assert again.stdout == "begin\nend\n"
     assert begun(folder) == {}
+
+
+def test_a_form_of_another_mesh_is_not_looked_up_again(monkeypatch):
+    looked_up = []
+
+    def compiler(comm, form, *args, **options):
+        looked_up.append(form)
+        return original(comm, form, *args, **options)
+
+    original = jit.ffcx_jit
+    monkeypatch.setattr(jit, "ffcx_jit", compiler)
+    with compiling(MPI.COMM_SELF):
+        found = [integral(n, power) for n, power in ((3, 1), (5, 1), (5, 2))]
+        assert len(looked_up) == 2
+    assert found == pytest.approx([0.5, 0.5, 1.0 / 3.0])
+    assert jit.ffcx_jit is compiler
+    assert integral(4, 1) == pytest.approx(0.5)
+    assert len(looked_up) == 3
+
+
+def integral(n: int, power: int) -> float:
+    """∫ c x^p over the unit interval with n cells and c = 1."""
+    domain = mesh.create_unit_interval(MPI.COMM_SELF, n)
+    x = ufl.SpatialCoordinate(domain)[0]
+    return fem.assemble_scalar(fem.form(fem.Constant(domain, 1.0) * x**power * ufl.dx))

@@ -21,7 +21,9 @@ def square(name, n, error, corner=0.0):
     lower = np.column_stack((first, first + 1, first + n + 2))
     upper = np.column_stack((first, first + n + 2, first + n + 1))
     cells = np.concatenate((lower, upper))
-    return BodyCells(name, points, cells, np.full(len(cells), error**2 / len(cells)))
+    return BodyCells(
+        name, points, cells, cell_sizes(points, cells), np.full(len(cells), error**2 / len(cells))
+    )
 
 
 def whole(bodies, norm=1.0):
