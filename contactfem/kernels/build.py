@@ -23,7 +23,7 @@ def builder() -> cffi.FFI:
     ffi.set_source(
         "contactfem._kernels",
         '#include "kernels.h"',
-        sources=[str(HERE / "search.cpp"), str(HERE / "segments.cpp")],
+        sources=[str(HERE / f"{name}.cpp") for name in ("search", "segments", "mortar")],
         include_dirs=[str(HERE)],
         source_extension=".cpp",
         extra_compile_args=["-std=c++17", "-Wall", "-Wextra", "-Werror", *flags],

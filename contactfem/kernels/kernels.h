@@ -31,6 +31,20 @@ int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmo
                     const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
+/* Derivatives by positions of some quantities of segments, as rows of a sparse matrix. Segments stand
+ * ordered by nonmortar facet (pairs[2*s]), with `derivatives` from cf_segments. Quantity e belongs to
+ * segment[e], ascending, and changes by
+ *   sum_i by_integrals[7*e + i] dq_i(own segment) + sum_i by_masses[3*e + i] sum_s dq_i(s)
+ * with the first three integrals summed over the m segments of its facet. around and by_around say on
+ * which three nodes the normal of a nonmortar node depends, (n, 3), and how, (n, 2, 3, 2). Row e has
+ * 12 + 4*m entries: the nodes around a, around b, then c and d of each segment of the facet; columns
+ * repeat, and add up. Returns how many entries there are. */
+int64_t cf_entry_rows(const int64_t *nonmortar, const int64_t *mortar, const int64_t *around,
+                      const double *by_around, int64_t n_segments, const int64_t *pairs,
+                      const double *derivatives, int64_t n_entries, const int64_t *segment,
+                      const double *by_integrals, const double *by_masses, double *values,
+                      int32_t *columns);
+
 #ifdef __cplusplus
 }
 #endif
