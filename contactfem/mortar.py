@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from contactfem.segments import Segments, entry_rows
+from contactfem.sparse import Sparse
 from contactfem.surfaces import Basis, Bools, Floats, InterfaceMesh, Ints, NormalField
 
 TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
@@ -37,7 +37,7 @@ class Mortar:
     row: Ints
     col: Ints
     value: Floats
-    derivative: sp.csr_matrix | None
+    derivative: Sparse | None
 
 
 def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: NormalField) -> Mortar:

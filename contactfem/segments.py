@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
+from contactfem.sparse import Sparse
 from contactfem.surfaces import Floats, InterfaceMesh, Ints, NormalField
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
@@ -114,7 +114,7 @@ def entry_rows(
     segment: Ints,
     by_integrals: Floats,
     by_masses: Floats,
-) -> sp.csr_matrix:
+) -> Sparse:
     """Derivatives by positions of quantities that depend on integrals over segments.
 
     Args:
@@ -131,16 +131,16 @@ def entry_rows(
     assert segments.derivatives is not None
     facet = segments.facets[:, 0]
     count = np.bincount(facet, minlength=1)
-    indptr = np.concatenate(([0], np.cumsum(12 + 4 * count[facet[segment]])))
-    values, columns = np.empty(indptr[-1]), np.empty(indptr[-1], np.int32)
+    starts = np.zeros(len(segment) + 1, np.int32)
+    np.cumsum(12 + 4 * count[facet[segment]], out=starts[1:])
+    values, columns = np.empty(starts[-1]), np.empty(starts[-1], np.int32)
     lib.cf_entry_rows(
         _read_int(mesh.nonmortar), _read_int(mesh.mortar), _read_int(normals.around),
         _read(normals.blocks), len(facet), _read_int(segments.facets), _read(segments.derivatives),
         len(segment), _read_int(segment), _read(by_integrals), _read(by_masses), _write(values),
         ffi.from_buffer("int32_t[]", columns, require_writable=True),
     )  # fmt: skip
-    shape = (len(segment), 2 * mesh.n_nodes)
-    return sp.csr_matrix((values, columns, indptr.astype(np.int32)), shape)
+    return Sparse(starts, columns, values, 2 * mesh.n_nodes)
 
 
 def hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> Ints:

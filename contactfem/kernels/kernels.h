@@ -45,6 +45,20 @@ int64_t cf_entry_rows(const int64_t *nonmortar, const int64_t *mortar, const int
                       const double *by_integrals, const double *by_masses, double *values,
                       int32_t *columns);
 
+/* Triplets (row, column, value) ordered by rows: those of row i stand from starts[i] to starts[i+1],
+ * in the order they come in. Returns their count. */
+int64_t cf_by_rows(int64_t n_rows, int64_t count, const int64_t *rows, const int64_t *columns,
+                   const double *values, int32_t *starts, int32_t *sorted_columns,
+                   double *sorted_values);
+
+/* Product of two matrices by rows, the second with n_columns. Entries at the same place add up; the
+ * columns of a row are not sorted. Returns the count of entries, at most those of all rows of the
+ * second that the entries of the first ask for. */
+int64_t cf_product(int64_t n_rows, int64_t n_columns, const int32_t *a_starts,
+                   const int32_t *a_columns, const double *a_values, const int32_t *b_starts,
+                   const int32_t *b_columns, const double *b_values, int32_t *starts,
+                   int32_t *columns, double *values);
+
 #ifdef __cplusplus
 }
 #endif
