@@ -17,6 +17,7 @@ from contactfem.contact import Conditions, Contact, History
 from contactfem.coupling import Coupling
 from contactfem.interface import InterfaceNodes
 from contactfem.laws import Status, Trial
+from contactfem.sparse import Sparse, Triplets, joined
 from contactfem.surfaces import Floats, Ints
 from contactfem.system import System
 from contactfem.tangent import Tangent, linearise
@@ -176,16 +177,15 @@ class Condensed:
         """This rank's rows to clear, and what it adds: global rows and values (rows, n_global)."""
         numbering, unknown = self.system.numbering, interface.nodes.unknown.ravel()
         rows = contact_rows(interface, c, tangent)
-        columns = rows.by_position.tocoo()
-        at = unknown[columns.col] >= 0
-        total = sp.coo_matrix(
-            (columns.data[at], (columns.row[at], unknown[columns.col[at]])),
-            (len(rows.targets), numbering.n_global),
-        ).tocsr()
+        row, column, value = rows.by_position
+        at = unknown[column] >= 0
+        shape = (len(rows.targets), numbering.n_global)
+        total = sp.coo_matrix((value[at], (row[at], unknown[column[at]])), shape).tocsr()
         local = rows.replaced - numbering.first
         mine = np.flatnonzero((local >= 0) & (local < numbering.n_local))
         stiffness = _rows_of(A, rows.replaced[mine], numbering.n_global)
-        total = (total + rows.by_force[:, mine] @ stiffness).tocsr()
+        by_force = Sparse.of_triplets(rows.by_force, (len(rows.targets), len(local))).scipy()
+        total = (total + by_force[:, mine] @ stiffness).tocsr()
         keep = np.flatnonzero((rows.targets >= 0) & (np.diff(total.indptr) > 0))
         return rows.replaced[mine], rows.targets[keep], total[keep]
 
@@ -203,8 +203,8 @@ class ContactRows:
 
     targets: Ints
     replaced: Ints
-    by_force: sp.csr_matrix
-    by_position: sp.csr_matrix
+    by_force: Triplets
+    by_position: Triplets
 
 
 def contact_rows(interface: Interface, c: Conditions, tangent: Tangent) -> ContactRows:
@@ -226,29 +226,32 @@ def contact_rows(interface: Interface, c: Conditions, tangent: Tangent) -> Conta
     by_multiplier = to_rows @ tangent.by_multiplier
     D = np.where(c.operators.D > 0.0, c.operators.D, np.inf)
     ratio = (c.multiplier / D[:, None]).ravel()
-    by_D = sp.csr_matrix((-ratio, np.repeat(np.arange(n), 2), np.arange(2 * n + 1)), (2 * n, n))
-    by_position = to_rows @ tangent.by_position + by_multiplier @ (by_D @ tangent.D_by_position)
+    each = np.arange(2 * n + 1, dtype=np.int32)
+    by_D = Sparse(each, each[:-1] // 2, -ratio, n)
+    through_D = by_multiplier @ (by_D @ tangent.D_by_position)
+    by_position = joined([(to_rows @ tangent.by_position).triplets(), through_D.triplets()])
     replaced = (mesh.free[:n] & c.active[:, None]).ravel()
     flat = unknown[:n].ravel()
-    places = np.flatnonzero(replaced)
-    by_force = by_multiplier[:, places] @ sp.diags(-1.0 / np.repeat(D, 2)[places])
+    row, column, value = by_multiplier.triplets()
+    taken = replaced[column]
+    row, column, value = row[taken], column[taken], value[taken]
+    by_force = row, (np.cumsum(replaced) - 1)[column], -value / D[column // 2]
     targets = np.concatenate((unknown.ravel(), np.where(replaced, flat, -1)))
-    return ContactRows(targets, flat[places], by_force.tocsr(), by_position.tocsr())
+    return ContactRows(targets, flat[replaced], by_force, by_position)
 
 
-def _to_force_rows(interface: Interface, c: Conditions) -> sp.csr_matrix:
+def _to_force_rows(interface: Interface, c: Conditions) -> Sparse:
     """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
     n_row, t_row = row_scales(interface, c)
     normals, n_nodes = c.operators.normals, len(interface.nodes.X)
     n = len(n_row)
     scaled = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
-    size = 2 * (n_nodes + n)
     forces = np.arange(2 * n_nodes)
     pairs = np.repeat(2 * n_nodes + 2 * np.arange(n), 4).reshape(n, 2, 2) + np.arange(2)
-    data = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
-    indices = np.concatenate((forces, pairs.ravel()))
-    indptr = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1)))
-    return sp.csr_matrix((data, indices, indptr), (size, size))
+    values = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
+    columns = np.concatenate((forces, pairs.ravel())).astype(np.int32)
+    starts = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1))).astype(np.int32)
+    return Sparse(starts, columns, values, 2 * (n_nodes + n))
 
 
 def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:

@@ -22,6 +22,7 @@ from contactfem.laws import (
     trial,
 )
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
+from contactfem.motion import Motion, motion
 from contactfem.segments import cut, find_pairs
 from contactfem.surfaces import (
     Bools,
@@ -141,6 +142,7 @@ class Conditions:
         multiplier: λ_j, zero where open [Pa], (n, 2).
         pressure: p_j [Pa], (n,).
         traction: t_j [Pa], (n,).
+        motion: Of the two sides since the start of the step, of all nodes.
         slip: Slip increment of the step [m], (n,).
         plastic_slip: The part of it that dissipates [m], (n,).
         status: `Status` of each node, (n,).
@@ -159,6 +161,7 @@ class Conditions:
     multiplier: Floats
     pressure: Floats
     traction: Floats
+    motion: Motion
     slip: Floats
     plastic_slip: Floats
     status: NDArray[np.int8]
@@ -233,7 +236,8 @@ class Contact:
         rim, kappa, slope = self._rim(operators)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
-        slip, moved = self._slip(operators, history)
+        moved = _motion(operators, history)
+        slip = moved.slip
         estimate = self._estimates(history)
         normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
         before = self._before(history, rim)
@@ -244,8 +248,7 @@ class Contact:
         found = stick_or_slip(p_trial, t_trial, limit, law.rubs)
         status = np.where(self.mesh.carries, found.status, Status.NONE).astype(np.int8)
         return self._rows(
-            operators, history, multiplier, slip, moved, status, found.direction,
-            (rim, kappa, slope),
+            operators, history, multiplier, moved, status, found.direction, (rim, kappa, slope),
         )  # fmt: skip
 
     def imposed(
@@ -262,12 +265,12 @@ class Contact:
         Returns:
             The conditions.
         """
-        slip, seen = self._slip(operators, history)
+        moved = _motion(operators, history)
         status = np.where(operators.D > 0.0, start.status, Status.OPEN)
         status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
         direction = np.where(status == Status.SLIP, start.direction, 0.0)
         return self._rows(
-            operators, history, multiplier, slip, seen, status, direction, self._rim(operators)
+            operators, history, multiplier, moved, status, direction, self._rim(operators)
         )
 
     def _rows(
@@ -275,16 +278,15 @@ class Contact:
         operators: Operators,
         history: History,
         multiplier: Floats,
-        slip: Floats,
-        seen: Bools,
+        moved: Motion,
         status: NDArray[np.int8],
         direction: Floats,
         rim_rule: tuple[Ints, Floats, Floats],
     ) -> Conditions:
         """Residuals of the conditions that belong to a status."""
-        rim, kappa, slope = rim_rule
+        (rim, kappa, slope), slip = rim_rule, moved.slip
         # A node that was not covered before this step has no slip: it follows its neighbour.
-        new = (status > Status.OPEN) & ~seen
+        new = (status > Status.OPEN) & ~moved.seen
         status = np.where(new, Status.SLIP, status).astype(np.int8)
         direction = np.where(new, direction[rim], direction)
         active = status > Status.OPEN
@@ -296,11 +298,11 @@ class Contact:
         normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
         rim_traction = t - t[rim] - self._before(history, rim)
         stick_row = slip - kappa * rim_traction - elastic
-        limit = self.law.friction(self._slip_state(p, np.where(seen, slip, 0.0), history))
+        limit = self.law.friction(self._slip_state(p, slip, history))
         slip_row = t - direction * limit.value
         tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
         return Conditions(
-            operators, history, multiplier, p, t, np.where(active, slip, 0.0),
+            operators, history, multiplier, p, t, moved, np.where(active, slip, 0.0),
             np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
             rim_traction,
             np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
@@ -359,12 +361,11 @@ class Contact:
         acts = (kappa > 0.0) & (cover[own, best] > 0.0) & self.mesh.carries
         return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
 
-    def _slip(self, operators: Operators, history: History) -> tuple[Floats, Bools]:
-        """Objective slip increment s_j = τ_j·w_j / D_jj⁰ [m], and where it is defined."""
-        w = relative_motion(operators, history)
-        along = np.einsum("ji,ji->j", operators.normals.tangent, w)
-        seen = history.D > 0.0
-        return np.divide(along, history.D, out=np.zeros(len(along)), where=seen), seen
+
+def _motion(operators: Operators, history: History) -> Motion:
+    """Relative motion since the start of the step."""
+    before = history.D, history.M
+    return motion(operators.x, operators.normals.tangent, operators.M, before)
 
 
 def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Floats]:
@@ -373,14 +374,3 @@ def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Float
         np.einsum("ji,ji->j", multiplier, normals.n),
         np.einsum("ji,ji->j", multiplier, normals.tangent),
     )
-
-
-def relative_motion(operators: Operators, history: History) -> Floats:
-    """w_j = -[(D_jj - D⁰_jj) x_j - Σ_l (M_jl - M⁰_jl) x_l] [m²], (n, 2).
-
-    Computed with positions relative to x_j (Σ_l M_jl = D_jj), so that it does not see the origin.
-    """
-    change = (operators.M - history.M).tocoo()
-    reach = operators.x[change.col] - operators.x[change.row]
-    parts = (change.data[:, None] * reach).T
-    return np.column_stack([np.bincount(change.row, part, len(operators.D)) for part in parts])

@@ -3,17 +3,16 @@
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.sparse as sp
 
 from contactfem.condensed import Interface, contact_rows
 from contactfem.contact import Conditions
 from contactfem.dense import Elimination, solve
+from contactfem.sparse import Sparse, Triplets, joined
 from contactfem.surfaces import Bools, Floats, Ints
 from contactfem.tangent import linearise
 from contactfem.timers import Timers
 
 MARGIN = 8  # nodes along a surface, beside those that contact touches, that it may touch next
-Triplets = tuple[Ints, Ints, Floats]
 
 
 def interface_unknowns(interfaces: Sequence[Interface]) -> Ints:
@@ -66,7 +65,7 @@ class InterfaceMatrix:
                 taken.append(replaced)
                 shares.append(_placed(rows.by_force, target, replaced))
                 added.append(_placed(rows.by_position, target, self._at[k]))
-            self._assemble(S, np.concatenate(taken), _joined(shares), _joined(added))
+            self._assemble(S, np.concatenate(taken), joined(shares), joined(added))
 
     def _assemble(self, S: Floats, taken: Ints, shares: Triplets, C: Triplets) -> None:
         """The matrix on the unknowns that are left."""
@@ -76,16 +75,14 @@ class InterfaceMatrix:
         if self._rest is None or not self._rest.serves(S, used):
             self._rest = Elimination(S, self._with_margin(used))
         number, left = self._rest.number, len(self._rest.left)
+        row, column, value = shares
         self._taken = number[taken]
-        place = (number[shares[0]], number[shares[1]])
-        moved = sp.coo_matrix((shares[2], place), (left, left)).tocsr()
-        self._rows = np.unique(np.concatenate((np.flatnonzero(np.diff(moved.indptr)), self._taken)))
-        own = np.ones(left)
-        own[self._taken] = 0.0
-        self._shares = (moved + sp.diags(own)).tocsr()[self._rows]
+        self._row, at = np.unique(number[row], return_inverse=True)
+        shape = (len(self._row), left)
+        self._shares = Sparse.of_triplets((at, number[column], value), shape).scipy()
         self.matrix = self._moved(self._rest.S)
-        entries = sp.coo_matrix((C[2], (number[C[0]], number[C[1]])), (left, left)).tocsr().tocoo()
-        self.matrix[entries.row, entries.col] += entries.data
+        place = number[C[0]] * left + number[C[1]]
+        self.matrix += np.bincount(place, C[2], left**2).reshape(left, left)
 
     def solve(self, forces: Floats, right: Floats) -> Floats:
         """Solve (T S + C) x = T forces + right.
@@ -105,7 +102,8 @@ class InterfaceMatrix:
     def _moved(self, forces: Floats) -> Floats:
         """T times rows of bulk forces, (left,) or (left, m)."""
         result = forces.copy()
-        result[self._rows] = self._shares @ forces
+        result[self._taken] = 0.0
+        result[self._row] += self._shares @ forces
         return result
 
     def _with_margin(self, used: Bools) -> Ints:
@@ -123,14 +121,8 @@ class InterfaceMatrix:
         return np.flatnonzero(result)
 
 
-def _placed(matrix: sp.csr_matrix, rows: Ints, columns: Ints) -> Triplets:
-    """Entries of a matrix at some rows and columns; those with a negative one drop."""
-    entries = matrix.tocoo()
-    row, col = rows[entries.row], columns[entries.col]
+def _placed(triplets: Triplets, rows: Ints, columns: Ints) -> Triplets:
+    """Entries at some rows and columns; those with a negative one drop."""
+    row, col = rows[triplets[0]], columns[triplets[1]]
     keep = (row >= 0) & (col >= 0)
-    return row[keep], col[keep], entries.data[keep]
-
-
-def _joined(parts: Sequence[Triplets]) -> Triplets:
-    row, col, value = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return row, col, value
+    return row[keep], col[keep], triplets[2][keep]

@@ -125,7 +125,12 @@ class BodyProblem:
         self._residual_ufl = self._residual_form(loads)
         self.is_linear = law.linear and not any(load.is_pressure for load in loads)
         self.is_symmetric = law.small_strain or not any(load.is_pressure for load in loads)
-        self._action: fem.Form | None = None
+
+    def compile(self) -> None:
+        """Have the forms ready, which wait until they are needed otherwise; collective."""
+        _ = self._residual, self._tangent
+        if not self.is_linear:
+            _ = self._action
 
     @cached_property
     def _residual(self) -> fem.Form:
@@ -135,6 +140,11 @@ class BodyProblem:
     def _tangent(self) -> fem.Form:
         trial = ufl.TrialFunction(self.V)
         return fem.form(ufl.derivative(self._residual_ufl, self.u, trial))
+
+    @cached_property
+    def _action(self) -> fem.Form:
+        self._increment = fem.Function(self.V)
+        return fem.form(ufl.derivative(self._residual_ufl, self.u, self._increment))
 
     def _residual_form(self, loads: Sequence[Load]) -> ufl.Form:
         """Internal minus external virtual work (19)."""
@@ -220,12 +230,10 @@ class BodyProblem:
         Args:
             du: Increment, flat over owned and ghost dofs [m].
         """
-        if self._action is None:
-            self._increment = fem.Function(self.V)
-            self._action = fem.form(ufl.derivative(self._residual_ufl, self.u, self._increment))
+        action = self._action
         self._increment.x.array[:] = du
         result: Floats = np.zeros_like(self.u.x.array)
-        fem.assemble_vector(result, self._action)
+        fem.assemble_vector(result, action)
         return result
 
     def dofs(self, vertices: Ints, component: int) -> Ints:

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
-from contactfem.blocks import block_rows
-from contactfem.segments import Segments
+from contactfem.segments import Segments, entry_rows
+from contactfem.sparse import Sparse
 from contactfem.surfaces import Basis, Bools, Floats, InterfaceMesh, Ints, NormalField
 
 TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
@@ -38,7 +37,7 @@ class Mortar:
     row: Ints
     col: Ints
     value: Floats
-    derivative: sp.csr_matrix | None
+    derivative: Sparse | None
 
 
 def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: NormalField) -> Mortar:
@@ -76,17 +75,12 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     row, col = rows.ravel()[used], cols.ravel()[used]
     if segments.derivatives is None:
         return Mortar(row, col, value, None)
-    dq, nodes = _integral_derivatives(mesh, segments, normals)
-    count, width = rows.shape[1] * rows.shape[2], 2 * mesh.n_nodes
-    by_integrals = (blocks.reshape(len(e), count, 7) @ dq).reshape(-1, 1, dq.shape[2])[used]
-    derivative = block_rows(by_integrals, nodes[used // count], width)
+    by_integrals = blocks.reshape(-1, 7)[used]
+    by_masses = np.zeros((len(used), 3))
     if dA is not None:
-        dm = _sums(e, len(facets)) @ block_rows(dq[:, :3], nodes, width)
-        by_basis = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e])
-        by_mass = by_basis.reshape(-1, 1, 3)[used]
-        by_facet = block_rows(by_mass, e[used // count, None], 3 * len(facets))
-        derivative = derivative + by_facet @ dm
-    return Mortar(row, col, value, derivative)
+        by_masses = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(-1, 3)[used]
+    at = used // (rows.shape[1] * rows.shape[2])
+    return Mortar(row, col, value, entry_rows(mesh, segments, normals, at, by_integrals, by_masses))
 
 
 def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None]:
@@ -179,34 +173,6 @@ def _by_basis(segments: Segments) -> Floats:
     result[:, 0, 2] = d - q[:, 3:5]
     result[:, 0, 3] = q[:, 3:5]
     return result
-
-
-def _integral_derivatives(
-    mesh: InterfaceMesh, segments: Segments, normals: NormalField
-) -> tuple[Floats, Ints]:
-    """Derivatives of the integrals of each segment, normals included, and by which nodes.
-
-    The nodes are those that the normals at a and b depend on, and the mortar nodes c and d; a and b
-    stand there twice. Shapes (s, 7, 16) and (s, 8).
-    """
-    assert segments.derivatives is not None
-    nm, m = mesh.nonmortar[segments.facets[:, 0]], mesh.mortar[segments.facets[:, 1]]
-    d, parts = segments.derivatives, []
-    for k in (0, 1):
-        turned = normals.blocks[nm[:, k]].reshape(-1, 2, 6)
-        part = d[:, :, 4 + 2 * k : 6 + 2 * k] @ turned
-        part[:, :, 2:4] += d[:, :, 2 * k : 2 * k + 2]  # the node itself stands in the middle
-        parts.append(part)
-    around = normals.around[nm].reshape(len(nm), 6)
-    return np.concatenate((*parts, d[:, :, 8:12]), axis=2), np.hstack((around, m))
-
-
-def _sums(e: Ints, n_facets: int) -> sp.csr_matrix:
-    """Sums of the first three integrals of the segments of each facet, (3 facets, 3 segments)."""
-    rows = (3 * e[:, None] + np.arange(3)).ravel()
-    return sp.csr_matrix(
-        (np.ones(len(rows)), (rows, np.arange(len(rows)))), (3 * n_facets, len(rows))
-    )
 
 
 def _stack(rows: tuple[object, ...]) -> Floats:

@@ -107,6 +107,9 @@ class NewtonSolver:
         self.equations = (Saddle if kept else Condensed)(system, interfaces, timers)
         self.linear = linear_solver(self.equations, options, timers, reuse)
         self.tolerance, self.max_iterations = tolerance, max_iterations
+        with timers.book("jit"):
+            for body in system.bodies:
+                body.compile()
         self._stiffness = _stiffness(system)
         self._snes = self._create()
 

@@ -127,7 +127,8 @@ class Saddle(Condensed):
         # D_jj λ_j on nonmortar nodes, beside the -Σ_j M_jl λ_j that the tangent has
         each = np.arange(2 * n)
         on_nodes = sp.csr_matrix((c.multiplier.ravel(), (each, each // 2)), (scaled.shape[0], n))
-        by_position = scaled @ tangent.by_position + on_nodes @ tangent.D_by_position
+        D_by_position = tangent.D_by_position.scipy()
+        by_position = scaled @ tangent.by_position.scipy() + on_nodes @ D_by_position
         result = _placed(by_position, unknown, n_global)
         free = _conditioned(interface, c).ravel()
         if self.system.comm.rank == 0:  # these are whole on every rank
@@ -136,7 +137,7 @@ class Saddle(Condensed):
             idle = np.where(free, 0.0, np.repeat(scales[2], 2))
             last = sp.csr_matrix((idle, (2 * n_nodes + each, each)), D.shape)
             unit = sp.diags(np.repeat(interface.contact.law.c, 2))
-            by_multiplier = (scaled @ tangent.by_multiplier + D + last) @ unit
+            by_multiplier = (scaled @ tangent.by_multiplier.scipy() + D + last) @ unit
             result = result + _placed(by_multiplier, numbers, n_global)
         targets = np.concatenate((unknown, numbers))
         keep = np.flatnonzero((targets >= 0) & (np.diff(result.indptr) > 0))

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
-from contactfem.surfaces import Floats, InterfaceMesh, Ints
+from contactfem.sparse import Sparse
+from contactfem.surfaces import Floats, InterfaceMesh, Ints, NormalField
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
 
@@ -104,6 +105,42 @@ def _integrals(
         ffi.NULL if derivatives is None else _write(derivatives),
     )  # fmt: skip
     return span, integrals, distance
+
+
+def entry_rows(
+    mesh: InterfaceMesh,
+    segments: Segments,
+    normals: NormalField,
+    segment: Ints,
+    by_integrals: Floats,
+    by_masses: Floats,
+) -> Sparse:
+    """Derivatives by positions of quantities that depend on integrals over segments.
+
+    Args:
+        mesh: The interface.
+        segments: All segments of some nonmortar facets, with derivatives.
+        normals: Normal field that they were cut with.
+        segment: Segment of each quantity, ascending, (e,).
+        by_integrals: Derivatives by its integrals, (e, 7).
+        by_masses: Derivatives by the first three summed over the segments of its facet, (e, 3).
+
+    Returns:
+        Derivatives, (e, 2 n_nodes).
+    """
+    assert segments.derivatives is not None
+    facet = segments.facets[:, 0]
+    count = np.bincount(facet, minlength=1)
+    starts = np.zeros(len(segment) + 1, np.int32)
+    np.cumsum(12 + 4 * count[facet[segment]], out=starts[1:])
+    values, columns = np.empty(starts[-1]), np.empty(starts[-1], np.int32)
+    lib.cf_entry_rows(
+        _read_int(mesh.nonmortar), _read_int(mesh.mortar), _read_int(normals.around),
+        _read(normals.blocks), len(facet), _read_int(segments.facets), _read(segments.derivatives),
+        len(segment), _read_int(segment), _read(by_integrals), _read(by_masses), _write(values),
+        ffi.from_buffer("int32_t[]", columns, require_writable=True),
+    )  # fmt: skip
+    return Sparse(starts, columns, values, 2 * mesh.n_nodes)
 
 
 def hidden(facet: Ints, span: Floats, distance: Floats, keep: NDArray[np.bool_]) -> Ints:

@@ -3,16 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
-from contactfem.contact import Conditions, Contact, relative_motion
+from contactfem.contact import Conditions, Contact
 from contactfem.laws import Status
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.segments import cut
-from contactfem.surfaces import Bools, Floats, Ints
-
-Triplets = tuple[Ints, Ints, Floats]
-Part = tuple[list[Triplets], sp.csr_matrix]  # weights of some quantities, and their derivative
+from contactfem.sparse import Sparse, Triplets, joined
+from contactfem.surfaces import Bools, Floats, Ints, NormalField
 
 
 @dataclass(frozen=True)
@@ -30,9 +27,9 @@ class Tangent:
         D_by_position: d D_jj / dx of the active nodes, (n, 2 n_nodes); the ranks' parts add up.
     """
 
-    by_multiplier: sp.csr_matrix
-    by_position: sp.csr_matrix
-    D_by_position: sp.csr_matrix
+    by_multiplier: Sparse
+    by_position: Sparse
+    D_by_position: Sparse
 
 
 def linearise(contact: Contact, conditions: Conditions) -> Tangent:
@@ -50,15 +47,16 @@ def linearise(contact: Contact, conditions: Conditions) -> Tangent:
     entries = _entries(contact, conditions)
     assert entries.derivative is not None
     mine = np.arange(n) % contact.comm.size == contact.comm.rank
-    parts = [
-        _by_entries(contact, conditions, entries),
-        *_nodal_parts(contact, conditions, mine & conditions.active),
-    ]
     first, size = 2 * (n_nodes + n), 3 * n + 2 * n_nodes
     is_D = np.flatnonzero(entries.col == D_ENTRY)
-    parts[0][0].append((first + entries.row[is_D], is_D, np.ones(len(is_D))))
-    rows = _product([part for part in parts if part[0]], (size, 2 * n_nodes))
-    return Tangent(_by_multiplier(contact, conditions), rows[:first], rows[first:])
+    weights = _by_entries(contact, conditions, entries)
+    weights.append((first + entries.row[is_D], is_D, np.ones(len(is_D))))
+    by_entries = Sparse.of_triplets(joined(weights), (size, len(entries.row)))
+    nodal = _by_nodes(contact, conditions, mine & conditions.active)
+    triplets = joined([(by_entries @ entries.derivative).triplets(), *nodal])
+    rows = Sparse.of_triplets(triplets, (size, 2 * n_nodes))
+    by_multiplier = _by_multiplier(contact, conditions)
+    return Tangent(by_multiplier, rows.part(0, first), rows.part(first, size))
 
 
 def _entries(contact: Contact, conditions: Conditions) -> Mortar:
@@ -70,7 +68,7 @@ def _entries(contact: Contact, conditions: Conditions) -> Mortar:
     return assemble(mesh, operators.x, segments, operators.normals)
 
 
-def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
+def _by_multiplier(contact: Contact, c: Conditions) -> Sparse:
     """Derivative of all rows with respect to the multipliers."""
     n, n_nodes = contact.mesh.n_nonmortar, contact.mesh.n_nodes
     normal, tangent = c.operators.normals.n, c.operators.normals.tangent
@@ -78,24 +76,27 @@ def _by_multiplier(contact: Contact, c: Conditions) -> sp.csr_matrix:
     stick, slip = (np.flatnonzero(c.status == s) for s in (Status.STICK, Status.SLIP))
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
     first = 2 * n_nodes
-    triplets = [
-        _row(first + 2 * j, j, (c.kappa + a_n)[j, None] * normal[j]),
-        _row(first + 2 * j, c.rim[j], -c.kappa[j, None] * normal[c.rim[j]]),
-        _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * tangent[stick]),
-        _row(first + 2 * stick + 1, c.rim[stick], c.kappa[stick, None] * tangent[c.rim[stick]]),
-        _row(first + 2 * slip + 1, slip,
+    vectors = [
+        (first + 2 * j, j, (c.kappa + a_n)[j, None] * normal[j]),
+        (first + 2 * j, c.rim[j], -c.kappa[j, None] * normal[c.rim[j]]),
+        (first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * tangent[stick]),
+        (first + 2 * stick + 1, c.rim[stick], c.kappa[stick, None] * tangent[c.rim[stick]]),
+        (first + 2 * slip + 1, slip,
              tangent[slip] - (c.limit.by_pressure * c.direction)[slip, None] * normal[slip]),
     ]  # fmt: skip
-    M = c.operators.M.tocoo()
-    at = c.active[M.row]
+    rows, nodes, values = joined(vectors)
+    triplets = [_on_components(rows, nodes, values)]
+    j, l, value = Sparse.of(c.operators.M).triplets()
+    at = c.active[j]
     for k in (0, 1):
-        triplets.append((2 * M.col[at] + k, 2 * M.row[at] + k, -M.data[at]))
-    rows, cols, values = _joined(triplets)
+        triplets.append((2 * l[at] + k, 2 * j[at] + k, -value[at]))
+    rows, cols, values = joined(triplets)
     keep = c.active[cols // 2]
-    return sp.coo_matrix((values[keep], (rows[keep], cols[keep])), (first + 2 * n, 2 * n)).tocsr()
+    kept = rows[keep], cols[keep], values[keep]
+    return Sparse.of_triplets(kept, (first + 2 * n, 2 * n))
 
 
-def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> Part:
+def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> list[Triplets]:
     """Derivative of all rows with respect to the entries of D, M and g at fixed λ and positions."""
     n_nodes = contact.mesh.n_nodes
     op, history = c.operators, c.history
@@ -123,10 +124,10 @@ def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> Part:
     at = is_M & active
     for k in (0, 1):
         triplets.append((2 * entries.col[at] + k, e[at], -c.multiplier[j[at], k]))
-    return triplets, entries.derivative
+    return triplets
 
 
-def _nodal_parts(contact: Contact, c: Conditions, mine: Bools) -> list[Part]:
+def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
     """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
     n_nodes, op = contact.mesh.n_nodes, c.operators
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
@@ -138,27 +139,26 @@ def _nodal_parts(contact: Contact, c: Conditions, mine: Bools) -> list[Part]:
     moved = np.flatnonzero(mine & (by_slip != 0.0))
     turned = np.column_stack((-c.multiplier[:, 1], c.multiplier[:, 0]))  # λ·dτ = turned·dn
     through_normals = [
-            _row(first + 2 * j, j, (c.kappa + a_n)[j, None] * c.multiplier[j]),
-            _row(first + 2 * j, rim[j], -c.kappa[j, None] * c.multiplier[rim[j]]),
-            _row(first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
-            _row(first + 2 * stick + 1, rim[stick], c.kappa[stick, None] * turned[rim[stick]]),
-            _row(first + 2 * slip + 1, slip,
-                 turned[slip]
-                 - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
-            _row(first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
+        (first + 2 * j, j, (c.kappa + a_n)[j, None] * c.multiplier[j]),
+        (first + 2 * j, rim[j], -c.kappa[j, None] * c.multiplier[rim[j]]),
+        (first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
+        (first + 2 * stick + 1, rim[stick], c.kappa[stick, None] * turned[rim[stick]]),
+        (first + 2 * slip + 1, slip,
+         turned[slip] - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
+        (first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
     ]  # fmt: skip
+    parts = [_on_normals(op.normals, *joined(through_normals)), _slip_by_position(contact, c, moved)]
     p, t = c.pressure - c.pressure[rim], c.rim_traction
     by_full = -c.kappa_slope * op.cover / op.full
-    parts: list[Part] = [
-        (through_normals, op.normals.derivative),
-        (_slip_by_position(contact, c, moved), sp.eye(2 * n_nodes, format="csr")),
-    ]
     if by_full.any():  # only where the rim rule acts
-        through_lengths = [
-            (first + 2 * j, j, (p * by_full)[j]),
-            (first + 2 * stick + 1, stick, (-t * by_full)[stick]),
-        ]
-        parts.append((through_lengths, op.full_derivative))
+        through_lengths = joined(
+            [
+                (first + 2 * j, j, (p * by_full)[j]),
+                (first + 2 * stick + 1, stick, (-t * by_full)[stick]),
+            ]
+        )
+        weights = Sparse.of_triplets(through_lengths, (first + 2 * len(rim), len(rim)))
+        parts.append((weights @ Sparse.of(op.full_derivative)).triplets())
     return parts
 
 
@@ -171,58 +171,33 @@ def _by_slip(c: Conditions) -> Floats:
 
 def _slip_by_normal(c: Conditions) -> Floats:
     """D s_j / d n_j at fixed w_j: w·dτ = (-w_y, w_x)·dn, over D⁰."""
-    w = relative_motion(c.operators, c.history)
+    w = c.motion.w
     D0 = np.where(c.history.D > 0.0, c.history.D, np.inf)
     return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
 
 
-def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> list[Triplets]:
+def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> Triplets:
     """Through s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰, of some nodes."""
-    n_nodes, n = contact.mesh.n_nodes, contact.mesh.n_nonmortar
-    chosen = np.zeros(n, bool)
+    chosen = np.zeros(contact.mesh.n_nonmortar, bool)
     chosen[moved] = True
-    change = (c.operators.M - c.history.M).tocoo()
-    at = chosen[change.row]
-    row, col = change.row[at].astype(np.int64), change.col[at].astype(np.int64)
+    row, col, change = (part[chosen[c.motion.change[0]]] for part in c.motion.change)
     tau = c.operators.normals.tangent[row]
-    value = (change.data[at] * _by_slip(c)[row] / c.history.D[row])[:, None] * tau
-    rows = 2 * n_nodes + 2 * row + 1
-    return [_row(rows, col, value), _row(rows, row, -value)]
+    value = (change * _by_slip(c)[row] / c.history.D[row])[:, None] * tau
+    rows = 2 * contact.mesh.n_nodes + 2 * row + 1
+    return _on_components(*joined([(rows, col, value), (rows, row, -value)]))
 
 
-def _row(rows: Ints, nodes: Ints, values: Floats) -> Triplets:
-    """Triplets of rows that act on the two components of nodes."""
+def _on_components(rows: Ints, nodes: Ints, values: Floats) -> Triplets:
+    """Triplets of rows that act on the two components of nodes, (k, 2)."""
     return (
         np.repeat(rows, 2),
         (2 * nodes[:, None] + np.arange(2)).ravel(),
-        np.asarray(values).ravel(),
+        values.ravel(),
     )
 
 
-def _joined(triplets: list[Triplets]) -> Triplets:
-    rows, cols, values = (np.concatenate(parts) for parts in zip(*triplets, strict=True))
-    return rows, cols, values
-
-
-def _product(parts: list[Part], shape: tuple[int, int]) -> sp.csr_matrix:
-    """Σ W_k D_k over parts, as the one product (W_1, W_2, ...) (D_1; D_2; ...)."""
-    heights = [derivative.shape[0] for _, derivative in parts]
-    starts = np.cumsum([0, *heights])
-    shifted = []
-    for (triplets, _), start in zip(parts, starts, strict=False):
-        rows, cols, values = _joined(triplets)
-        shifted.append((rows, cols + start, values))
-    rows, cols, values = _joined(shifted)
-    weights = sp.coo_matrix((values, (rows, cols)), (shape[0], starts[-1])).tocsr()
-    return weights @ _stacked([derivative for _, derivative in parts])
-
-
-def _stacked(matrices: list[sp.csr_matrix]) -> sp.csr_matrix:
-    """Matrices below each other."""
-    ends = np.cumsum([0, *(m.nnz for m in matrices)])
-    indptr = [m.indptr[1:] + end for m, end in zip(matrices, ends, strict=False)]
-    data, indices = (
-        np.concatenate([getattr(m, name) for m in matrices]) for name in ("data", "indices")
-    )
-    shape = (sum(m.shape[0] for m in matrices), matrices[0].shape[1])
-    return sp.csr_matrix((data, indices, np.concatenate(([0], *indptr))), shape)
+def _on_normals(normals: NormalField, rows: Ints, nodes: Ints, values: Floats) -> Triplets:
+    """Triplets of rows that act on the normals at nodes, (k, 2), by the positions around these."""
+    by_around = np.einsum("ki,kij->kj", values, normals.blocks.reshape(-1, 2, 6)[nodes])
+    around = 2 * normals.around[nodes][:, :, None] + np.arange(2)
+    return np.repeat(rows, 6), around.ravel(), by_around.ravel()

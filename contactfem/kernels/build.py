@@ -6,6 +6,7 @@ from pathlib import Path
 import cffi
 
 HERE = Path("contactfem/kernels")  # relative to the project's root, as setuptools demands
+SOURCES = ("search", "segments", "mortar", "sparse")
 SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined", "-g"]
 
 
@@ -23,7 +24,7 @@ def builder() -> cffi.FFI:
     ffi.set_source(
         "contactfem._kernels",
         '#include "kernels.h"',
-        sources=[str(HERE / "search.cpp"), str(HERE / "segments.cpp")],
+        sources=[str(HERE / f"{name}.cpp") for name in SOURCES],
         include_dirs=[str(HERE)],
         source_extension=".cpp",
         extra_compile_args=["-std=c++17", "-Wall", "-Wextra", "-Werror", *flags],

@@ -31,6 +31,34 @@ int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmo
                     const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
+/* Derivatives by positions of some quantities of segments, as rows of a sparse matrix. Segments stand
+ * ordered by nonmortar facet (pairs[2*s]), with `derivatives` from cf_segments. Quantity e belongs to
+ * segment[e], ascending, and changes by
+ *   sum_i by_integrals[7*e + i] dq_i(own segment) + sum_i by_masses[3*e + i] sum_s dq_i(s)
+ * with the first three integrals summed over the m segments of its facet. around and by_around say on
+ * which three nodes the normal of a nonmortar node depends, (n, 3), and how, (n, 2, 3, 2). Row e has
+ * 12 + 4*m entries: the nodes around a, around b, then c and d of each segment of the facet; columns
+ * repeat, and add up. Returns how many entries there are. */
+int64_t cf_entry_rows(const int64_t *nonmortar, const int64_t *mortar, const int64_t *around,
+                      const double *by_around, int64_t n_segments, const int64_t *pairs,
+                      const double *derivatives, int64_t n_entries, const int64_t *segment,
+                      const double *by_integrals, const double *by_masses, double *values,
+                      int32_t *columns);
+
+/* Triplets (row, column, value) ordered by rows: those of row i stand from starts[i] to starts[i+1],
+ * in the order they come in. Returns their count. */
+int64_t cf_by_rows(int64_t n_rows, int64_t count, const int64_t *rows, const int64_t *columns,
+                   const double *values, int32_t *starts, int32_t *sorted_columns,
+                   double *sorted_values);
+
+/* Product of two matrices by rows, the second with n_columns. Entries at the same place add up; the
+ * columns of a row are not sorted. Returns the count of entries, at most those of all rows of the
+ * second that the entries of the first ask for. */
+int64_t cf_product(int64_t n_rows, int64_t n_columns, const int32_t *a_starts,
+                   const int32_t *a_columns, const double *a_values, const int32_t *b_starts,
+                   const int32_t *b_columns, const double *b_values, int32_t *starts,
+                   int32_t *columns, double *values);
+
 #ifdef __cplusplus
 }
 #endif
