@@ -112,8 +112,8 @@ def clear(folder: Path, age: float) -> None:
             source.unlink(missing_ok=True)
     names = _names(folder)
     for name in names:
-        if name.endswith(READY) and (source := name.removesuffix(READY)) not in names:
-            (folder / source).touch()
+        if name.endswith(READY) and (begun_as := name.removesuffix(READY)) not in names:
+            (folder / begun_as).touch()
 
 
 def _names(folder: Path) -> set[str]:

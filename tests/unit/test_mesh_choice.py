@@ -50,9 +50,14 @@ def test_a_body_that_may_not_change_leaves_less_to_the_others():
 
 
 def test_the_larger_error_gets_the_smaller_cells():
-    bodies = [square("rough", 8, 0.08), square("smooth", 8, 0.005, 2.0)]
+    bodies = [square("rough", 8, 0.08), square("smooth", 16, 0.005, 2.0)]
     sizes = choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes
     assert sizes["rough"].max() < 0.07 < sizes["smooth"].min() == 1.0 / 8  # the largest allowed
+
+
+def test_a_body_that_would_hardly_change_keeps_its_mesh():
+    bodies = [square("rough", 8, 0.08), square("smooth", 8, 0.005, 2.0)]  # of the largest cells
+    assert set(choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes) == {"rough"}
 
 
 def test_the_number_of_cells_is_kept_by_all_meshes_together():
