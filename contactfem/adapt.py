@@ -22,7 +22,7 @@ from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
-from contactfem.relative_error import RelativeError
+from contactfem.relative_error import RelativeError, error_ratio
 from contactfem.results import ErrorStep, MeshErrors, Remeshing
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
@@ -48,9 +48,9 @@ class _Progress:
     def gained(self, found: Mapping[str, RelativeError]) -> dict[str, float]:
         """Part of the error that the last new meshes took away."""
         return {
-            problem: 1.0 - found[problem].eta / eta
+            problem: 1.0 - error_ratio(found[problem].eta) / error_ratio(eta)
             for problem, eta in self.before.items()
-            if problem in found and eta > 0.0
+            if problem in found
         }
 
 

@@ -16,7 +16,8 @@ class MeshPolicy:
         most_remeshes: New meshes in one step, at most.
         cost: What a new mesh costs with its transfer, in steps on the present one.
         margin: What coarsening must gain, over that cost.
-        least_improvement: Part of the error that a finer mesh must take away to be worth making.
+        least_improvement: Part of the error ‖e‖/‖v‖ that a finer mesh must take away to be worth
+            making.
         least_in_limits: The same where limits leave it an error beyond the tolerance.
     """
 
@@ -42,7 +43,8 @@ class MeshReport:
         steps_left: Steps to the end at the present length.
         life: Steps that the last mesh lasted; a new one is expected to last as long.
         age: Steps on this mesh.
-        gained: Part of the error that this mesh took away when it was made.
+        gained: Part of the error, as ‖e‖/‖v‖, that this mesh took away when it was made.
+        limited: Whether limits of the cells keep the new mesh from being fine enough.
     """
 
     eta: float
@@ -54,6 +56,7 @@ class MeshReport:
     life: float = math.inf
     age: float = math.inf
     gained: float = 1.0
+    limited: bool = False
 
 
 @dataclass(frozen=True)
@@ -208,12 +211,12 @@ def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     found = f"an error of {_percent(report.eta)} exceeds {_percent(policy.tolerance)}"
     if report.remeshes >= policy.most_remeshes:
         return KeepMesh(False, f"{found} after {report.remeshes} new meshes in this step")
-    limited = report.predicted_eta > policy.tolerance
+    limited = report.limited and report.predicted_eta > policy.tolerance
     idle = report.gained < policy.least_improvement and report.age < policy.margin * policy.cost
     if limited and idle:
         return KeepMesh(False, f"{found}, but limits bind, and the last new mesh gained nothing")
     least = policy.least_in_limits if limited else policy.least_improvement
-    if report.predicted_eta > (1.0 - least) * report.eta:
+    if error_ratio(report.predicted_eta) > (1.0 - least) * error_ratio(report.eta):
         expected = _percent(report.predicted_eta)
         return KeepMesh(False, f"{found}, but the limits allow no mesh with less than {expected}")
     return Remesh(f"{found}: {report.cells} to about {report.predicted_cells:.0f} cells")

@@ -22,6 +22,7 @@ from contactfem.sizes import (
 
 ORDER = 1  # of the elements: P1, Q1 and MINI
 LEAST_SHARE = 0.01  # of the square of the error wanted, that is left to the meshes that may change
+FULL = 0.9  # of the cells that are allowed
 SAME = 0.8  # of its error or cells that a body's new mesh would have, and its present one stays
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 
@@ -136,6 +137,7 @@ def choose_meshes(
             report,
             predicted_eta=expected.eta,
             predicted_cells=sum(part.cells for part in found),
+            limited=_limited(bodies, wanted, limits, found),
         ),
         policy,
     )
@@ -147,6 +149,20 @@ def choose_meshes(
         if _changes(body, part)
     }
     return MeshChoice(other or sizes, decision.reason)
+
+
+def _limited(
+    bodies: Sequence[BodyCells],
+    wanted: Mapping[str, Floats],
+    limits: CellLimits,
+    found: Sequence[Prediction],
+) -> bool:
+    """Whether there are as many cells as may be, or most of the error is where none is smaller."""
+    if sum(part.cells for part in found) > FULL * limits.cells:
+        return True
+    smallest = [wanted[body.name] < limits.of(body.points).smallest for body in bodies]
+    there = sum(float(body.errors[s].sum()) for body, s in zip(bodies, smallest, strict=True))
+    return there > 0.5 * sum(float(body.errors.sum()) for body in bodies)
 
 
 def _changes(body: BodyCells, predicted: Prediction) -> bool:

@@ -69,6 +69,17 @@ def test_the_number_of_cells_is_kept_by_all_meshes_together():
 
 
 @pytest.mark.parametrize(
+    "limits", [CellLimits(None, None, 0.3, 150), CellLimits(0.12, None, 0.3, 10**6)]
+)
+def test_limits_that_bind_keep_a_mesh_that_would_be_a_little_better(limits):
+    """An error of 40 % may not become much less with 128 cells of the size 0.134."""
+    bodies = [square("one", 8, 0.4)]
+    choice = choose_meshes(bodies, whole(bodies), limits, POLICY, LASTING)
+    assert not choice.sizes
+    assert "the limits allow no mesh with less than 3" in choice.reason
+
+
+@pytest.mark.parametrize(
     ("error", "lifetime", "reason"),
     [
         (0.045, LASTING, "would save"),  # hardly any cell
