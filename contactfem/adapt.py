@@ -22,7 +22,7 @@ from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
-from contactfem.relative_error import RelativeError
+from contactfem.relative_error import RelativeError, error_ratio
 from contactfem.results import ErrorStep, MeshErrors, Remeshing
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
@@ -37,12 +37,21 @@ REMESH_COST_OF_HEAT = 30.0  # and in steps of heat alone, which only substitute
 
 @dataclass
 class _Progress:
-    """What the present step has been through; and how long the meshes have lasted."""
+    """What the present step has been through; by problem new meshes, and the error before them."""
 
     remeshes: list[Remeshing] = field(default_factory=list)
     decisions: list[str] = field(default_factory=list)
     rounds: dict[str, int] = field(default_factory=dict)
+    before: dict[str, float] = field(default_factory=dict)
     repeats: int = 0
+
+    def gained(self, found: Mapping[str, RelativeError]) -> dict[str, float]:
+        """Part of the error that the last new meshes took away."""
+        return {
+            problem: 1.0 - error_ratio(found[problem].eta) / error_ratio(eta)
+            for problem, eta in self.before.items()
+            if problem in found
+        }
 
 
 class Adaptation:
@@ -169,7 +178,8 @@ class Adaptation:
         self._lasting_before, square, span = self._lasting, 0.0, 0.0
         if thermal is not None and self.repeats:
             square, span = thermal.product(rate, rate) * dt, dt
-        self._lasting = self._lasting.next(square, span, self._now.rounds)
+        gained = self._now.gained(self._found)
+        self._lasting = self._lasting.next(square, span, self._now.rounds, gained)
         self._now = _Progress()
 
     def _judge_meshes(
@@ -206,6 +216,7 @@ class Adaptation:
                 self._asked[problem] = tuple(choice.sizes)
                 self._reasons[problem] = choice.reason
                 self._now.rounds[problem] = self._now.rounds.get(problem, 0) + 1
+                self._now.before[problem] = found[problem].eta
         if not wanted:
             return found, None
         self.first_meshes = self.first_meshes or self.last_meshes
@@ -226,10 +237,14 @@ class Adaptation:
         )
         cost = REMESH_COST if self.case.mechanics else REMESH_COST_OF_HEAT
         policy = MeshPolicy(tolerance, most_remeshes=settings.max_remeshes, cost=cost)
+        rounds, lasting = self._now.rounds.get(problem, 0), self._lasting
+        gained = {**lasting.gained, **self._now.gained(self._found)}
         lifetime = Lifetime(
-            self._now.rounds.get(problem, 0),
+            rounds,
             (self.case.time.end - t) / dt,
-            self._lasting.expected(problem),
+            lasting.expected(problem),
+            0 if rounds else lasting.age.get(problem, 0),
+            gained.get(problem, 1.0),
         )
         return choose_meshes(chosen, total(bodies), limits, policy, lifetime)
 

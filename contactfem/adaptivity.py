@@ -16,7 +16,9 @@ class MeshPolicy:
         most_remeshes: New meshes in one step, at most.
         cost: What a new mesh costs with its transfer, in steps on the present one.
         margin: What coarsening must gain, over that cost.
-        least_improvement: Part of the error that a finer mesh must take away to be worth making.
+        least_improvement: Part of the error ‖e‖/‖v‖ that a finer mesh must take away to be worth
+            making.
+        least_in_limits: The same where limits leave it an error beyond the tolerance.
     """
 
     tolerance: float
@@ -25,6 +27,7 @@ class MeshPolicy:
     cost: float = 3.0
     margin: float = 2.0
     least_improvement: float = 0.05
+    least_in_limits: float = 0.25
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,9 @@ class MeshReport:
         remeshes: New meshes in this step so far.
         steps_left: Steps to the end at the present length.
         life: Steps that the last mesh lasted; a new one is expected to last as long.
+        age: Steps on this mesh.
+        gained: Part of the error, as ‖e‖/‖v‖, that this mesh took away when it was made.
+        limited: Whether limits of the cells keep the new mesh from being fine enough.
     """
 
     eta: float
@@ -48,6 +54,9 @@ class MeshReport:
     remeshes: int
     steps_left: float
     life: float = math.inf
+    age: float = math.inf
+    gained: float = 1.0
+    limited: bool = False
 
 
 @dataclass(frozen=True)
@@ -138,7 +147,8 @@ def decide_mesh(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     """Keep a mesh or replace it: by a finer one if its error is too large and limits allow it.
 
     A coarser one has to pay: it saves (1 - n_new/n) of each step for as long as it is expected to
-    last, and this has to exceed what a new mesh costs.
+    last, and this has to exceed what a new mesh costs. One that stays too coarse, as limits bind,
+    has to be much better.
 
     Args:
         report: The mesh and the one that would replace it.
@@ -201,7 +211,12 @@ def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     found = f"an error of {_percent(report.eta)} exceeds {_percent(policy.tolerance)}"
     if report.remeshes >= policy.most_remeshes:
         return KeepMesh(False, f"{found} after {report.remeshes} new meshes in this step")
-    if report.predicted_eta > (1.0 - policy.least_improvement) * report.eta:
+    limited = report.limited and report.predicted_eta > policy.tolerance
+    idle = report.gained < policy.least_improvement and report.age < policy.margin * policy.cost
+    if limited and idle:
+        return KeepMesh(False, f"{found}, but limits bind, and the last new mesh gained nothing")
+    least = policy.least_in_limits if limited else policy.least_improvement
+    if error_ratio(report.predicted_eta) > (1.0 - least) * error_ratio(report.eta):
         expected = _percent(report.predicted_eta)
         return KeepMesh(False, f"{found}, but the limits allow no mesh with less than {expected}")
     return Remesh(f"{found}: {report.cells} to about {report.predicted_cells:.0f} cells")

@@ -8,6 +8,7 @@ second and then gives up.
 """
 
 import fcntl
+import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -22,6 +23,7 @@ from ffcx.naming import compute_signature
 from mpi4py import MPI
 
 LEASE = "contactfem.lock"  # held by every run that may compile; the system frees it with a process
+READY = ".cached"  # after the name of the source
 LONG_AGO = 60.0  # seconds after which a compilation is given up although other runs are there
 
 
@@ -87,10 +89,11 @@ def begun(folder: Path) -> dict[Path, float]:
         folder: The cache.
     """
     now, found = time.time(), {}
-    for source in folder.glob("libffcx_*.c"):
-        with suppress(FileNotFoundError):
-            if not _ready(source).exists():
-                found[source] = abs(now - source.stat().st_mtime)
+    names = _names(folder)
+    for name in names:
+        if name.endswith(".c") and name + READY not in names:
+            with suppress(FileNotFoundError):
+                found[folder / name] = abs(now - (folder / name).stat().st_mtime)
     return found
 
 
@@ -107,10 +110,16 @@ def clear(folder: Path, age: float) -> None:
     for source, seconds in begun(folder).items():
         if seconds >= age:
             source.unlink(missing_ok=True)
-    for ready in folder.glob("libffcx_*.c.cached"):
-        if not ready.with_suffix("").exists():
-            ready.with_suffix("").touch()
+    names = _names(folder)
+    for name in names:
+        if name.endswith(READY) and (begun_as := name.removesuffix(READY)) not in names:
+            (folder / begun_as).touch()
 
 
-def _ready(source: Path) -> Path:
-    return source.with_suffix(".c.cached")
+def _names(folder: Path) -> set[str]:
+    """Files of the cache, by name: there may be tens of thousands."""
+    try:
+        with os.scandir(folder) as entries:
+            return {entry.name for entry in entries if entry.name.startswith("libffcx_")}
+    except FileNotFoundError:
+        return set()

@@ -1,5 +1,6 @@
 """Whether the meshes of one problem are replaced, and by which sizes: from the errors of cells."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -9,6 +10,7 @@ from contactfem.adaptivity import MeshPolicy, MeshReport, Remesh, decide_mesh
 from contactfem.recovery import Floats, Ints
 from contactfem.relative_error import RelativeError
 from contactfem.sizes import (
+    Prediction,
     SizeLimits,
     equal_error_sizes,
     goal,
@@ -20,6 +22,8 @@ from contactfem.sizes import (
 
 ORDER = 1  # of the elements: P1, Q1 and MINI
 LEAST_SHARE = 0.01  # of the square of the error wanted, that is left to the meshes that may change
+FULL = 0.9  # of the cells that are allowed
+SAME = 0.8  # of its error or cells that a body's new mesh would have, and its present one stays
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 
 
@@ -60,11 +64,21 @@ class CellLimits:
 
 @dataclass(frozen=True)
 class Lifetime:
-    """New meshes in this step so far; steps to the end; steps that a new mesh may last."""
+    """How long the meshes have lasted, and may.
+
+    Attributes:
+        remeshes: New meshes in this step so far.
+        steps_left: Steps to the end.
+        life: Steps that a new mesh may last.
+        age: Steps on the present meshes.
+        gained: Part of the error that these took away when they were made.
+    """
 
     remeshes: int
     steps_left: float
     life: float
+    age: float = math.inf
+    gained: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +96,7 @@ def choose_meshes(
     policy: MeshPolicy,
     lifetime: Lifetime,
 ) -> MeshChoice:
-    """Keep the meshes of one problem, or replace all that may change.
+    """Keep the meshes of one problem, or replace those that may change and then would.
 
     What is certain without new sizes is decided without them: they cost more than errors do.
 
@@ -104,6 +118,8 @@ def choose_meshes(
         remeshes=lifetime.remeshes,
         steps_left=lifetime.steps_left,
         life=lifetime.life,
+        age=lifetime.age,
+        gained=lifetime.gained,
     )
     if not bodies:
         return MeshChoice({}, "no mesh may change")
@@ -121,10 +137,39 @@ def choose_meshes(
             report,
             predicted_eta=expected.eta,
             predicted_cells=sum(part.cells for part in found),
+            limited=_limited(bodies, wanted, limits, found),
         ),
         policy,
     )
-    return MeshChoice(sizes if isinstance(decision, Remesh) else {}, decision.reason)
+    if not isinstance(decision, Remesh):
+        return MeshChoice({}, decision.reason)
+    other = {
+        body.name: sizes[body.name]
+        for body, part in zip(bodies, found, strict=True)
+        if _changes(body, part)
+    }
+    return MeshChoice(other or sizes, decision.reason)
+
+
+def _limited(
+    bodies: Sequence[BodyCells],
+    wanted: Mapping[str, Floats],
+    limits: CellLimits,
+    found: Sequence[Prediction],
+) -> bool:
+    """Whether there are as many cells as may be, or most of the error is where none is smaller."""
+    if sum(part.cells for part in found) > FULL * limits.cells:
+        return True
+    smallest = [wanted[body.name] < limits.of(body.points).smallest for body in bodies]
+    there = sum(float(body.errors[s].sum()) for body, s in zip(bodies, smallest, strict=True))
+    return there > 0.5 * sum(float(body.errors.sum()) for body in bodies)
+
+
+def _changes(body: BodyCells, predicted: Prediction) -> bool:
+    """Whether a body's new mesh has a smaller error, or other cells, worth mentioning."""
+    better = predicted.error_square < SAME * float(body.errors.sum())
+    coarser = predicted.cells < SAME * len(body.cells)
+    return better or coarser
 
 
 def _wanted(

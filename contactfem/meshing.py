@@ -122,8 +122,11 @@ def dof_of_vertex(mesh: Mesh, V: FunctionSpace) -> tuple[Local, Ints]:
     layout = V.dofmap.dof_layout
     nodes = cell_nodes(mesh)
     columns = [layout.entity_dofs(0, i)[0] for i in range(nodes.shape[1])]
-    dofs, first = np.unique(V.dofmap.list[:, columns], return_index=True)
-    return dofs.astype(np.int32), mesh.geometry.input_global_indices[nodes.ravel()[first]]
+    places = V.dofmap.list[:, columns]
+    node = np.full(int(places.max(initial=-1)) + 1, -1, dtype=np.int64)
+    node[places] = nodes
+    dofs = np.flatnonzero(node >= 0)
+    return dofs.astype(np.int32), mesh.geometry.input_global_indices[node[dofs]]
 
 
 def dofs_at_vertices(mesh: Mesh, V: FunctionSpace) -> tuple[Ints, Ints]:

@@ -90,11 +90,11 @@ def squared_norms(rule: Quadrature, field: Floats, metric: Floats | None = None)
         Squares of the norms, shape (m,).
     """
     field = field[:, None, :] if field.ndim == 2 else field
-    weighted = field if metric is None else field @ metric
+    weighted = field if metric is None else _times(field, metric)
     densities = np.einsum("mqc,mqc->mq", weighted, field)
     if densities.shape[1] == 1:
         return np.asarray(rule.weights.sum(axis=1) * densities[:, 0])
-    return np.asarray(np.einsum("mq,mq->m", rule.weights, densities))
+    return np.asarray((rule.weights * densities).sum(axis=1))
 
 
 def squared_errors(
@@ -113,14 +113,16 @@ def squared_errors(
         Squares of the errors, shape (m,).
     """
     discrete = discrete[:, None, :] if discrete.ndim == 2 else discrete
-    if metric is not None and metric.ndim == 2:  # M = L Lᵀ: |Lᵀτ|² costs less than τ·Mτ
-        root = np.linalg.cholesky(metric)
-        return squared_errors(rule, cells, recovered @ root, discrete @ root, None)
-    m, nv = cells.shape
-    error = np.zeros((m, len(rule.shapes), recovered.shape[1]))
-    for vertex in range(nv):
-        error += rule.shapes[:, vertex, None] * recovered[cells[:, vertex]][:, None, :]
-    return squared_norms(rule, error - discrete, metric)
+    if metric is not None and metric.ndim == 3:
+        return squared_norms(rule, rule.shapes @ recovered[cells] - discrete, metric)
+    if metric is not None:  # M = L Lᵀ: |Lᵀτ|² costs less than τ·Mτ
+        root: Floats = np.linalg.cholesky(metric).astype(np.float64)
+        recovered, discrete = recovered @ root, _times(discrete, root)
+    # cells last: long loops
+    error = np.tensordot(rule.shapes, recovered.T[:, cells.T], axes=(1, 1))
+    error -= discrete.transpose(1, 2, 0)
+    densities = np.einsum("qcm,qcm->qm", error, error)
+    return np.asarray((rule.weights.T * densities).sum(axis=0))
 
 
 def relative_error(errors: Floats, norms: Floats) -> RelativeError:
@@ -134,6 +136,13 @@ def relative_error(errors: Floats, norms: Floats) -> RelativeError:
         The relative error (40).
     """
     return RelativeError(float(errors.sum()), float(norms.sum()))
+
+
+def _times(field: Floats, matrix: Floats) -> Floats:
+    """Field (m, q, c) times a matrix (c, c), or one for each cell."""
+    if matrix.ndim == 3:
+        return field @ matrix
+    return (field.reshape(-1, len(matrix)) @ matrix).reshape(field.shape)
 
 
 def elastic_compliance(youngs_modulus: float, poisson_ratio: float) -> Floats:

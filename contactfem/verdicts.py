@@ -50,12 +50,14 @@ class Lasting:
         span: ∫ dt of the steps that count there [s].
         age: Steps on the present meshes, by problem.
         life: Steps that the last replaced meshes lasted, by problem.
+        gained: Part of the error that the present meshes took away when they were made, by problem.
     """
 
     square: float = 0.0
     span: float = 0.0
     age: Mapping[str, int] = field(default_factory=dict)
     life: Mapping[str, int] = field(default_factory=dict)
+    gained: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def mean_square(self) -> float:
@@ -67,12 +69,27 @@ class Lasting:
         known = problem in self.life
         return max(self.life[problem], self.age.get(problem, 0)) if known else math.inf
 
-    def next(self, square: float, span: float, rounds: Mapping[str, int]) -> "Lasting":
-        """After one more step; `rounds`: new meshes that were made for it, by problem."""
+    def next(
+        self, square: float, span: float, rounds: Mapping[str, int], gained: Mapping[str, float]
+    ) -> "Lasting":
+        """After one more step.
+
+        Args:
+            square: ⟨ż, ż⟩ dt of the step.
+            span: Its dt, if it counts there [s].
+            rounds: New meshes that were made for it, by problem.
+            gained: Part of the error that they took away, by problem.
+        """
         new = {problem for problem, count in rounds.items() if count}
         ends = {p: age for p, age in self.age.items() if p in new and age > 0}
         age = {p: (0 if p in new else self.age.get(p, 0)) + 1 for p in ("mechanics", "heat")}
-        return Lasting(self.square + square, self.span + span, age, {**self.life, **ends})
+        return Lasting(
+            self.square + square,
+            self.span + span,
+            age,
+            {**self.life, **ends},
+            {**self.gained, **gained},
+        )
 
 
 Verdict = NewMeshes | ShorterStep | Accept

@@ -71,9 +71,9 @@ class SizeField:
         Returns:
             The largest such field that is nowhere larger than this one.
         """
-        a, b = np.unique(
-            np.sort(self.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0
-        ).T
+        n = len(self.points)
+        low, high = np.sort(self.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1).T
+        a, b = np.divmod(np.unique(low * n + high), n)
         rise = growth * np.hypot(*(self.points[a] - self.points[b]).T)
         sizes = self.sizes.copy()
         before: Floats = np.zeros(0)

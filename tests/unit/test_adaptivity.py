@@ -51,6 +51,30 @@ def test_limits_that_allow_no_better_mesh_are_told():
     assert "the limits allow no mesh with less than 7.9 %" in decision.reason
 
 
+def test_limits_that_bind_make_a_mesh_for_much_less_error_only():
+    bound = replace(COARSE, eta=0.4, predicted_eta=0.32, limited=True)
+    assert isinstance(decide_mesh(replace(bound, predicted_eta=0.31), MESH), Remesh)
+    assert isinstance(decide_mesh(replace(bound, limited=False), MESH), Remesh)
+    decision = decide_mesh(bound, MESH)
+    assert decision == KeepMesh(
+        False,
+        "an error of 40 % exceeds 5 %, but the limits allow no mesh with less than 32 %",
+    )
+    assert isinstance(decide_mesh(replace(bound, eta=0.06, predicted_eta=0.049), MESH), Remesh)
+
+
+def test_a_new_mesh_that_gained_nothing_is_not_followed_by_the_next_one():
+    """Not before that could have paid; and where the tolerance is in reach, at once."""
+    idle = replace(COARSE, eta=0.4, predicted_eta=0.1, gained=0.04, age=5, limited=True)
+    decision = decide_mesh(idle, MESH)
+    assert isinstance(decision, KeepMesh)
+    assert not decision.within
+    assert "the last new mesh gained nothing" in decision.reason
+    assert isinstance(decide_mesh(replace(idle, age=6), MESH), Remesh)
+    assert isinstance(decide_mesh(replace(idle, gained=0.06), MESH), Remesh)
+    assert isinstance(decide_mesh(replace(idle, predicted_eta=0.05), MESH), Remesh)
+
+
 def test_a_coarser_mesh_has_to_pay():
     """It saves half of each step; it has to gain twice the three steps that it costs."""
     assert isinstance(decide_mesh(replace(FINE, steps_left=13), MESH), Remesh)

@@ -50,9 +50,14 @@ def test_a_body_that_may_not_change_leaves_less_to_the_others():
 
 
 def test_the_larger_error_gets_the_smaller_cells():
-    bodies = [square("rough", 8, 0.08), square("smooth", 8, 0.005, 2.0)]
+    bodies = [square("rough", 8, 0.08), square("smooth", 16, 0.005, 2.0)]
     sizes = choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes
     assert sizes["rough"].max() < 0.07 < sizes["smooth"].min() == 1.0 / 8  # the largest allowed
+
+
+def test_a_body_that_would_hardly_change_keeps_its_mesh():
+    bodies = [square("rough", 8, 0.08), square("smooth", 8, 0.005, 2.0)]  # of the largest cells
+    assert set(choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes) == {"rough"}
 
 
 def test_the_number_of_cells_is_kept_by_all_meshes_together():
@@ -61,6 +66,17 @@ def test_the_number_of_cells_is_kept_by_all_meshes_together():
     sizes = choose_meshes(bodies, whole(bodies), limits, POLICY, LASTING).sizes
     count = sum(predicted_cells(b.points, b.cells, sizes[b.name]) for b in bodies)
     assert count == pytest.approx(1000, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "limits", [CellLimits(None, None, 0.3, 150), CellLimits(0.12, None, 0.3, 10**6)]
+)
+def test_limits_that_bind_keep_a_mesh_that_would_be_a_little_better(limits):
+    """An error of 40 % may not become much less with 128 cells of the size 0.134."""
+    bodies = [square("one", 8, 0.4)]
+    choice = choose_meshes(bodies, whole(bodies), limits, POLICY, LASTING)
+    assert not choice.sizes
+    assert "the limits allow no mesh with less than 3" in choice.reason
 
 
 @pytest.mark.parametrize(
