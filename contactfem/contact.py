@@ -24,6 +24,7 @@ from contactfem.laws import (
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.motion import Motion, motion
 from contactfem.segments import cut, find_pairs
+from contactfem.sparse import Sparse
 from contactfem.surfaces import (
     Bools,
     Floats,
@@ -117,7 +118,7 @@ class Operators:
     mesh: InterfaceMesh
 
     @cached_property
-    def full_derivative(self) -> sp.csr_matrix:
+    def full_derivative(self) -> Sparse:
         """D full / dx [-], (n, 2 n_nodes)."""
         return facet_lengths(self.mesh, self.x)[1]
 

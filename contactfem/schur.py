@@ -10,6 +10,8 @@ from contactfem.compat import petsc_library
 from contactfem.numbering import Floats, Ints
 
 ZERO_PIVOT = 71  # PETSC_ERR_MAT_LU_ZRPVT
+HALVES = 26  # which half of a solve MUMPS does
+BOTH, FORWARD = -1, 1
 INVERTED = 2  # MatFactorSchurStatus: PETSc then multiplies with what stands in S's place
 OPTIONS = {  # of MUMPS, by number
     6: 0,  # stiffness matrices have a good diagonal
@@ -47,6 +49,7 @@ class SchurFactor:
         places = PETSc.IS().createGeneral(kept.astype(np.int32), comm=PETSc.COMM_SELF)
         _call("MatFactorSetSchurIS", c_void_p(self._factor.handle), c_void_p(places.handle))
         self._right, self._left = K.createVecs()
+        self._half = BOTH  # what condenses: PETSc only makes room for it in a whole solve
         self.S: Floats = np.zeros((len(kept), len(kept)))
 
     def factorise(self) -> None:
@@ -79,7 +82,7 @@ class SchurFactor:
         return entries
 
     def condense(self, r: Floats) -> Floats:
-        """Right-hand side of the kept unknowns, r_k - K_ki K_ii⁻¹ r_i.
+        """Right-hand side of the kept unknowns, r_k - K_ki K_ii⁻¹ r_i; half a solve.
 
         Args:
             r: Right-hand side, (n,).
@@ -87,7 +90,11 @@ class SchurFactor:
         Returns:
             Values at `kept`.
         """
-        return self._scale * self._solve(r)[self.kept]
+        self._factor.setMumpsIcntl(HALVES, self._half)
+        result = self._scale * self._solve(r)[self.kept]
+        self._factor.setMumpsIcntl(HALVES, BOTH)
+        self._half = FORWARD
+        return np.asarray(result)
 
     def expand(self, r: Floats, condensed: Floats, x: Floats) -> Floats:
         """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k.

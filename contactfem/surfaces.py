@@ -1,6 +1,6 @@
 """The two surfaces of an interface as plain arrays, and the normal field of the nonmortar one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contactfem.blocks import block_rows
+from contactfem.sparse import Sparse, joined
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -194,7 +195,7 @@ def _shares(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats, Floats]:
     return edge, np.hypot(edge[:, 0], edge[:, 1]), (2.0 * weight + weight[:, ::-1]) / 6.0
 
 
-def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix]:
+def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Sparse]:
     """∫ N_j over the facets at each nonmortar node, half their length, with derivative.
 
     On a facet it is L (2 d_j + d_k) / 6 with the weights d of its ends: 1, or 2πx around an axis.
@@ -210,15 +211,15 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, sp.csr_matrix
     edge, size, share = _shares(mesh, x)
     t = edge / size[:, None]
     slope = 2.0 * np.pi if mesh.axisymmetric else 0.0
-    rows, cols, values = [], [], []
+    entries = []
     for j in (0, 1):
         for k, sign in ((0, -1.0), (1, 1.0)):
-            rows.append(np.repeat(ends[:, j][:, None], 2, 1))
-            cols.append(_expand(ends[:, k]))
             value = sign * share[:, j, None] * t
             value[:, 0] += size * slope * (2.0 if k == j else 1.0) / 6.0
-            values.append(value)
-    return full_lengths(mesh, x), _coo(rows, cols, values, (mesh.n_nonmortar, 2 * mesh.n_nodes))
+            columns = 2 * ends[:, k, None] + np.arange(2)
+            entries.append((np.repeat(ends[:, j], 2), columns.ravel(), value.ravel()))
+    shape = (mesh.n_nonmortar, 2 * mesh.n_nodes)
+    return full_lengths(mesh, x), Sparse.of_triplets(joined(entries), shape)
 
 
 def averaged_normals(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
@@ -238,19 +239,3 @@ def averaged_normals(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
         np.add.at(total, mesh.nonmortar[:, j], np.column_stack((edge[:, 1], -edge[:, 0])))
     length = np.hypot(total[:, 0], total[:, 1])
     return total / length[:, None], length
-
-
-def _expand(nodes: Ints) -> Ints:
-    """Vector component numbers of nodes, shape (n, 2)."""
-    return 2 * nodes[:, None] + np.arange(2)
-
-
-def _coo(
-    rows: Sequence[NDArray[np.int64]],
-    cols: Sequence[NDArray[np.int64]],
-    values: Sequence[Floats],
-    shape: tuple[int, int],
-) -> sp.csr_matrix:
-    """Sum blocks of triplets into a sparse matrix."""
-    flat = [np.concatenate([a.ravel() for a in part]) for part in (rows, cols, values)]
-    return sp.coo_matrix((flat[2], (flat[0], flat[1])), shape=shape).tocsr()

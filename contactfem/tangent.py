@@ -158,7 +158,7 @@ def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
             ]
         )
         weights = Sparse.of_triplets(through_lengths, (first + 2 * len(rim), len(rim)))
-        parts.append((weights @ Sparse.of(op.full_derivative)).triplets())
+        parts.append((weights @ op.full_derivative).triplets())
     return parts
 
 
