@@ -228,7 +228,14 @@ class Adaptation:
         """New sizes of the meshes of one problem, and why."""
         settings = self.settings
         chosen = [
-            BodyCells(b.name, b.view.data.points, b.view.data.cells, b.view.sizes, b.errors)
+            BodyCells(
+                b.name,
+                b.view.data.points,
+                b.view.data.cells,
+                b.view.sizes,
+                b.errors,
+                self._largest(b) if problem == "mechanics" else np.full(len(b.errors), np.inf),
+            )
             for b in bodies
             if self._may_change(b.name)
         ]
@@ -247,6 +254,19 @@ class Adaptation:
             gained.get(problem, 1.0),
         )
         return choose_meshes(chosen, total(bodies), limits, policy, lifetime)
+
+    def _largest(self, body: BodyErrors) -> Floats:
+        """Largest new size [m] in place of each cell: `contact_size` on surfaces that may touch."""
+        found, data = np.full(len(body.errors), np.inf), body.view.data
+        if self.settings.contact_size is None:
+            return found
+        for interface in self.case.interfaces.values():
+            for side in (interface.nonmortar, interface.mortar):
+                owner, _, surface = side.partition(".")
+                if owner == body.name:
+                    touching = np.isin(data.cells, data.groups[surface]).any(axis=1)
+                    found[touching] = self.settings.contact_size
+        return found
 
     def _may_change(self, name: str) -> bool:
         return self.settings.bodies is None or name in self.settings.bodies

@@ -40,8 +40,11 @@ def adaptivity_words(case: Case) -> Iterator[tuple[str, str]]:
 def _limits(settings: Adaptivity) -> str:
     low = engineering(settings.size_min, "m") if settings.size_min else "1/2048 of the extent"
     high = engineering(settings.size_max, "m") if settings.size_max else "1/8 of the extent"
+    contact = ""
+    if settings.contact_size is not None:
+        contact = f", {engineering(settings.contact_size, 'm')} where bodies may touch"
     return (
-        f"cells of {low} to {high}, growing by {settings.growth:g} per length, at most "
+        f"cells of {low} to {high}{contact}, growing by {settings.growth:g} per length, at most "
         f"{settings.max_cells}; at most {settings.max_remeshes} times per step"
     )
 

@@ -96,8 +96,10 @@ class Adaptivity(Model):
     `tolerance` stands for all three that are not given: `mechanics`, `heat` and `time`; the latter
     two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
     `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
-    extent, and that over 256. Errors are judged after `start`; those of heat and time as soon as
-    temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
+    extent, and that over 256; `contact_size` is the largest of new cells of mechanics on surfaces
+    of interfaces, for pressures that are finer than the stress asks for. Errors are judged after
+    `start`; those of heat and time as soon as temperatures are further apart than
+    `least_temperature`: next to no heat needs no mesh.
     """
 
     tolerance: Ratio | None = None
@@ -107,6 +109,7 @@ class Adaptivity(Model):
     bodies: tuple[Name, ...] | None = None
     size_min: Annotated[Length, Field(gt=0)] | None = None
     size_max: Annotated[Length, Field(gt=0)] | None = None
+    contact_size: Annotated[Length, Field(gt=0)] | None = None
     growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
     max_cells: Annotated[Count, Field(ge=10)] = 200_000
     max_remeshes: Count = 3

@@ -37,6 +37,7 @@ class BodyCells:
         cells: Its cells, (m, 3 or 4).
         sizes: Sizes of the cells [m], (m,).
         errors: ‖e‖² of each cell, (m,).
+        largest: Largest new size in each cell's place [m], (m,); infinite where errors decide.
     """
 
     name: str
@@ -44,6 +45,7 @@ class BodyCells:
     cells: Ints
     sizes: Floats
     errors: Floats
+    largest: Floats
 
 
 @dataclass(frozen=True)
@@ -175,13 +177,14 @@ def _changes(body: BodyCells, predicted: Prediction) -> bool:
 def _wanted(
     bodies: Sequence[BodyCells], whole: RelativeError, policy: MeshPolicy
 ) -> dict[str, Floats]:
-    """Sizes in the present cells that distribute the error equally."""
+    """Sizes in the present cells that distribute the error equally, or smaller where asked for."""
     kept = whole.error_square - sum(float(body.errors.sum()) for body in bodies)
     square = goal(whole, policy.aim * policy.tolerance) - kept
     square = max(square, LEAST_SHARE * goal(whole, policy.tolerance))
     h = np.concatenate([body.sizes for body in bodies])
     e = np.concatenate([body.errors for body in bodies])
-    new = equal_error_sizes(h, e, square, ORDER)
+    largest = np.concatenate([body.largest for body in bodies])
+    new = np.minimum(equal_error_sizes(h, e, square, ORDER), largest)
     ends = np.cumsum([len(body.cells) for body in bodies])[:-1]
     return dict(zip([body.name for body in bodies], np.split(new, ends), strict=True))
 

@@ -1,5 +1,7 @@
 """New sizes of one problem's meshes, from the errors of their cells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,8 +23,9 @@ def square(name, n, error, corner=0.0):
     lower = np.column_stack((first, first + 1, first + n + 2))
     upper = np.column_stack((first, first + n + 2, first + n + 1))
     cells = np.concatenate((lower, upper))
+    errors = np.full(len(cells), error**2 / len(cells))
     return BodyCells(
-        name, points, cells, cell_sizes(points, cells), np.full(len(cells), error**2 / len(cells))
+        name, points, cells, cell_sizes(points, cells), errors, np.full(len(cells), np.inf)
     )
 
 
@@ -58,6 +61,17 @@ def test_the_larger_error_gets_the_smaller_cells():
 def test_a_body_that_would_hardly_change_keeps_its_mesh():
     bodies = [square("rough", 8, 0.08), square("smooth", 8, 0.005, 2.0)]  # of the largest cells
     assert set(choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes) == {"rough"}
+
+
+def test_cells_are_as_small_as_asked_for():
+    """Of 0.02 along the lower side, whatever errors want, and growing from there."""
+    body = square("one", 8, 0.08)
+    lower = body.points[body.cells][:, :, 1].min(axis=1) == 0.0
+    body = replace(body, largest=np.where(lower, 0.02, np.inf))
+    sizes = choose_meshes([body], whole([body]), LIMITS, POLICY, LASTING).sizes["one"]
+    y = body.points[:, 1]
+    np.testing.assert_allclose(sizes[y == 0.0], 0.02, rtol=1e-5)
+    assert sizes[y >= 0.25].min() > 0.06
 
 
 def test_the_number_of_cells_is_kept_by_all_meshes_together():
