@@ -27,7 +27,7 @@ class MeshPolicy:
     cost: float = 3.0
     margin: float = 2.0
     least_improvement: float = 0.05
-    least_in_limits: float = 0.25
+    least_in_limits: float = 0.1
 
 
 @dataclass(frozen=True)
