@@ -22,8 +22,9 @@ from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
 from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
+from contactfem.observed import observed
 from contactfem.relative_error import RelativeError, error_ratio
-from contactfem.results import ErrorStep, MeshErrors, Remeshing
+from contactfem.results import ErrorStep, MeshErrors, Observed, Remeshing
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
 from contactfem.surfaces import Floats
@@ -37,13 +38,18 @@ REMESH_COST_OF_HEAT = 30.0  # and in steps of heat alone, which only substitute
 
 @dataclass
 class _Progress:
-    """What the present step has been through; by problem new meshes, and the error before them."""
+    """What the present step has been through.
+
+    By problem new meshes and the error before them; when the step ended before the first new mesh,
+    and what was observed there.
+    """
 
     remeshes: list[Remeshing] = field(default_factory=list)
     decisions: list[str] = field(default_factory=list)
     rounds: dict[str, int] = field(default_factory=dict)
     before: dict[str, float] = field(default_factory=dict)
     repeats: int = 0
+    first: tuple[float, Observed] | None = None
 
     def gained(self, found: Mapping[str, RelativeError]) -> dict[str, float]:
         """Part of the error that the last new meshes took away."""
@@ -123,20 +129,41 @@ class Adaptation:
         """
         if t <= self.settings.start * (1.0 + 1e-12):
             return Accept(None, self._report({}, None))
+        theta = None if heat is None else heat.solution.theta
         with self.timers.book("estimate"):
             if heat is not None and not self._counts(heat):
                 heat = None
             timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
             if isinstance(timed, ShorterStep):
                 self._now.repeats += 1
+                self._now.first = None
                 if timed.back > 1:
                     self._lasting = self._lasting_before
                 return timed
             found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
+            change = self._change(conditions, theta, t, again=sizes is not None)
         if sizes is not None:
             return NewMeshes(sizes)
         dt, eta_time = timed
-        return Accept(dt, self._report(found, eta_time))
+        return Accept(dt, self._report(found, eta_time, change))
+
+    def _change(
+        self,
+        conditions: Sequence[Conditions],
+        theta: Sequence[Floats] | None,
+        t: float,
+        *,
+        again: bool,
+    ) -> Observed | None:
+        """What new meshes changed of the step; what was before the first is kept for that."""
+        first = self._now.first
+        if first is None and not again:
+            return None
+        now = observed(self._discretisation, conditions, theta)
+        if first is None:
+            self._now.first = t, now
+            return None
+        return now.minus(first[1]) if first[0] == t else None
 
     def _counts(self, heat: HeatOutcome) -> bool:
         """Whether temperatures are far enough apart for errors of heat to count; collective."""
@@ -304,7 +331,12 @@ class Adaptation:
         assert isinstance(decision, AcceptStep)
         return decision.dt, newer.eta
 
-    def _report(self, found: Mapping[str, RelativeError], time: float | None) -> ErrorStep:
+    def _report(
+        self,
+        found: Mapping[str, RelativeError],
+        time: float | None,
+        change: Observed | None = None,
+    ) -> ErrorStep:
         """What the step report says of errors and decisions."""
         mechanics, heat = found.get("mechanics"), found.get("heat")
         mechanical, thermal = _cells(self._discretisation)
@@ -320,6 +352,7 @@ class Adaptation:
             remeshes=tuple(self._now.remeshes),
             repeats=self._now.repeats,
             decisions=tuple(self._now.decisions),
+            change=change,
         )
 
 

@@ -27,7 +27,7 @@ class MeshPolicy:
     cost: float = 3.0
     margin: float = 2.0
     least_improvement: float = 0.05
-    least_in_limits: float = 0.25
+    least_in_limits: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -188,10 +188,11 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> AcceptStep | RepeatSt
         The decision.
     """
     newer, older = report.newer, report.older
+    shortest = policy.smallest * (1.0 + 1e-9)
+    wrong, back = newer, 1
     if older is not None and older.eta > newer.eta:
-        wrong, back = older, 2
-    else:
-        wrong, back = newer, 1
+        helpless = older.dt <= shortest and newer.eta > policy.tolerance  # but the newer may help
+        wrong, back = (newer, 1) if helpless else (older, 2)
     change = _change(wrong.eta, policy)
     found = f"an error of {_percent(wrong.eta)} against {_percent(policy.tolerance)}"
     if wrong.eta <= policy.tolerance:
@@ -199,7 +200,7 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> AcceptStep | RepeatSt
             change = 1.0
         dt = min(max(change * newer.dt, policy.smallest), policy.largest)
         return AcceptStep(dt, True, f"{found}: the next step is {dt:.3g} s")
-    if wrong.dt <= policy.smallest * (1.0 + 1e-9):
+    if wrong.dt <= shortest:
         return AcceptStep(newer.dt, False, f"{found} with the smallest step")
     if report.repeats >= policy.most_repeats:
         return AcceptStep(newer.dt, False, f"{found} after {report.repeats} repetitions")
@@ -212,7 +213,9 @@ def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     if report.remeshes >= policy.most_remeshes:
         return KeepMesh(False, f"{found} after {report.remeshes} new meshes in this step")
     limited = report.limited and report.predicted_eta > policy.tolerance
-    idle = report.gained < policy.least_improvement and report.age < policy.margin * policy.cost
+    # a larger error than before is another solution, of which that mesh says nothing
+    same = abs(report.gained) < policy.least_improvement
+    idle = same and report.age < policy.margin * policy.cost
     if limited and idle:
         return KeepMesh(False, f"{found}, but limits bind, and the last new mesh gained nothing")
     least = policy.least_in_limits if limited else policy.least_improvement

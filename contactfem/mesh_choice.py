@@ -23,7 +23,7 @@ from contactfem.sizes import (
 ORDER = 1  # of the elements: P1, Q1 and MINI
 LEAST_SHARE = 0.01  # of the square of the error wanted, that is left to the meshes that may change
 FULL = 0.9  # of the cells that are allowed
-SAME = 0.8  # of its error or cells that a body's new mesh would have, and its present one stays
+SAME = 0.9  # of its error or cells that a body's new mesh would have, and its present one stays
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 
 

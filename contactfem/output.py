@@ -22,7 +22,7 @@ from contactfem.error_measure import uniform_costs
 from contactfem.errors import CaseError
 from contactfem.expect import Verdict, judge
 from contactfem.measure import floor_seconds, measure
-from contactfem.results import Failure, InterfaceTable, RunResult, Status, StepReport
+from contactfem.results import ErrorStep, Failure, InterfaceTable, RunResult, Status, StepReport
 
 if TYPE_CHECKING:
     from contactfem.case import Case
@@ -62,6 +62,7 @@ HEAT_COLUMNS = {
     "strained": "heat strained",
     "defect": "heat defect",
 }
+ERROR_COLUMNS = ("error.mechanics", "error.heat", "error.time", "cells", "thermal_cells")
 SURFACE_HEAT_COLUMNS = {
     "temperature": "temperature [K]",
     "mortar_temperature": "mortar_temperature [K]",
@@ -201,6 +202,16 @@ def summarise(
     }
 
 
+def _error_cells(errors: ErrorStep) -> list[object]:
+    """Indicated errors of a step, empty where there is none, and cells of all meshes."""
+    found = (errors.mechanics, errors.heat, errors.time)
+    return [
+        *("" if eta is None else eta for eta in found),
+        sum(errors.cells.values()),
+        sum(errors.thermal_cells.values()),
+    ]
+
+
 class OutputWriter:
     """Writes the files of one run; made and called on rank 0 only."""
 
@@ -259,7 +270,7 @@ class OutputWriter:
             header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
             power = force.replace("N", "W")
             header += [f"{name}.heat_flow [{power}]" for name in self.case.interfaces]
-        return header
+        return header + list(ERROR_COLUMNS if self.case.adaptivity is not None else ())
 
     def _row(self, report: StepReport) -> list[object]:
         row = [getattr(report, name) for name in STEP_COLUMNS]
@@ -271,7 +282,7 @@ class OutputWriter:
             heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
             row += [heat[name] for name in HEAT_COLUMNS]
             row += [report.heat.flow[name] for name in self.case.interfaces]
-        return row
+        return row + (_error_cells(report.errors) if report.errors is not None else [])
 
     def step(self, report: StepReport) -> None:
         """Add the row of an accepted step to the history, at once, so that it can be followed.

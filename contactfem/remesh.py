@@ -160,7 +160,9 @@ def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None
         link.deform()
         link.warm(values)
     state.accept_heat(theta, (), new)
-    state.rate, state.increments = rate, Increments()
+    state.rate = rate
+    if thermal.bodies != old.bodies:
+        state.increments = Increments()
 
 
 def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:

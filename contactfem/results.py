@@ -73,6 +73,36 @@ class Remeshing:
 
 
 @dataclass(frozen=True)
+class Observed:
+    """What is observed of a step as a whole, or how far that changed.
+
+    Attributes:
+        forces: of every interface on its mortar side [N/m].
+        temperature_max: the hottest temperature [K]; None without heat.
+        temperature_mean: the mean one, by heat capacity [K]; None where none is stored.
+    """
+
+    forces: dict[str, tuple[float, float]]
+    temperature_max: float | None
+    temperature_mean: float | None
+
+    def minus(self, before: Observed) -> Observed:
+        """Change since something before."""
+        return Observed(
+            {
+                name: (x - before.forces[name][0], y - before.forces[name][1])
+                for name, (x, y) in self.forces.items()
+            },
+            _difference(self.temperature_max, before.temperature_max),
+            _difference(self.temperature_mean, before.temperature_mean),
+        )
+
+
+def _difference(a: float | None, b: float | None) -> float | None:
+    return None if a is None or b is None else a - b
+
+
+@dataclass(frozen=True)
 class ErrorStep:
     """Estimated errors of an accepted step and what was decided, the same on all ranks.
 
@@ -91,6 +121,8 @@ class ErrorStep:
         remeshes: new meshes that were made for the step.
         repeats: how often it was taken again with a smaller length because of its error.
         decisions: in words, in order.
+        change: what the step gives with its new meshes, less what it gave with those before; None
+            without new ones, or if it became shorter after that.
     """
 
     mechanics: float | None
@@ -104,6 +136,7 @@ class ErrorStep:
     remeshes: tuple[Remeshing, ...]
     repeats: int
     decisions: tuple[str, ...]
+    change: Observed | None = None
 
 
 @dataclass(frozen=True)

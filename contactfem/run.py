@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +16,6 @@ from mpi4py import MPI
 from contactfem.balance import defects
 from contactfem.case import Case
 from contactfem.checkpoint import Checkpoint, Origin, Progress
-from contactfem.contact import Conditions
 from contactfem.control import GiveUp, StepLimits, after_failure, after_success, clipped
 from contactfem.diagnosis import explain
 from contactfem.discretise import Discretisation, discretise
@@ -26,6 +25,7 @@ from contactfem.jit_cache import compiling
 from contactfem.keeper import Keeper, Moment, Writing
 from contactfem.laws import Status, Trial
 from contactfem.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.observed import forces
 from contactfem.outcome import outcome
 from contactfem.recorder import Recorder
 from contactfem.results import ErrorStep, RunResult, StepReport
@@ -407,7 +407,7 @@ class _Loop:
             open=int((status == Status.OPEN).sum()),
             stick=int((status == Status.STICK).sum()),
             slip=int((status == Status.SLIP).sum()),
-            forces=_forces(self.discretisation, conditions),
+            forces=forces(self.discretisation, conditions),
             dissipation=dissipation,
             wall=wall,
             moment_defects={
@@ -448,14 +448,3 @@ class _HeatSide:
         assert case.heat is not None
         self.driver = Staggered(solver, thermal, case.heat)
         self.record = HeatRecord(thermal)
-
-
-def _forces(
-    discretisation: Discretisation, conditions: Sequence[Conditions]
-) -> dict[str, tuple[float, float]]:
-    """Resultant of every interface on its mortar side [N/m]."""
-    result = {}
-    for interface, c in zip(discretisation.interfaces, conditions, strict=True):
-        force = -c.nodal_forces()[len(c.multiplier) :].sum(0)
-        result[interface.name] = (float(force[0]), float(force[1]))
-    return result

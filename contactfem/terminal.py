@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TextIO
 
 from contactfem.engineering import engineering
-from contactfem.results import StepReport
+from contactfem.results import Observed, StepReport
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -29,16 +29,21 @@ def step_line(report: StepReport, force_unit: str = "N/m") -> str:
     Returns:
         The line.
     """
-    forces = "  ".join(
-        f"{name} ({', '.join(engineering(part, force_unit, 4) for part in force)})"
-        for name, force in report.forces.items()
-    )
+    forces = _forces(report.forces, force_unit)
     cuts = f"  cut-backs {report.cutbacks}" if report.cutbacks else ""
     nodes = report.open + report.stick + report.slip
     status = f"open {report.open}  stick {report.stick}  slip {report.slip}  " if nodes else ""
     newton = f"iterations {report.iterations:2d}  " if report.residuals else ""
     head = f"step {report.step:4d}  t = {engineering(report.t, 's', 4)}  "
     return f"{head}{newton}{status}{forces}{_heat(report)}{_errors(report)}{cuts}".rstrip()
+
+
+def _forces(forces: Mapping[str, tuple[float, float]], unit: str) -> str:
+    """Both components of the force of every interface."""
+    return "  ".join(
+        f"{name} ({', '.join(engineering(part, unit, 4) for part in force)})"
+        for name, force in forces.items()
+    )
 
 
 def _errors(report: StepReport) -> str:
@@ -51,11 +56,12 @@ def _errors(report: StepReport) -> str:
     return (f"  errors: {', '.join(parts)}" if parts else "") + again
 
 
-def remesh_lines(report: StepReport) -> list[str]:
-    """Say in a line for each problem which new meshes were made for a step, and why.
+def remesh_lines(report: StepReport, force_unit: str = "N/m") -> list[str]:
+    """Say in a line for each problem which new meshes were made for a step, and what they changed.
 
     Args:
         report: the step.
+        force_unit: SI unit of its forces.
 
     Returns:
         The lines.
@@ -65,11 +71,20 @@ def remesh_lines(report: StepReport) -> list[str]:
     for one in new:
         cells = f"{one.body} {one.cells_before} to {one.cells_after} cells"
         lines.setdefault((one.problem, one.seconds, one.reason), []).append(cells)
+    change = report.errors.change if report.errors is not None else None
     return [
         f"new meshes for {problem} in {seconds:.2g} s: {', '.join(cells)}"
         + (f" ({reason})" if reason else "")
         for (problem, seconds, reason), cells in lines.items()
-    ]
+    ] + ([f"they change {text}"] if change and (text := _change(change, force_unit)) else [])
+
+
+def _change(change: Observed, force_unit: str) -> str:
+    """What new meshes changed of a step."""
+    heat = {"hottest": change.temperature_max, "mean temperature": change.temperature_mean}
+    parts = [_forces(change.forces, force_unit)]
+    parts += [f"{name} {value:.3g} K" for name, value in heat.items() if value is not None]
+    return "  ".join(part for part in parts if part)
 
 
 def _heat(report: StepReport) -> str:
@@ -192,7 +207,7 @@ class Reporter:
         Args:
             report: the step.
         """
-        for line in remesh_lines(report):
+        for line in remesh_lines(report, self._force_unit):
             self.say(line)
         left = self._remaining.words(report) if self._progress is None else ""
         self.say(step_line(report, self._force_unit) + left)

@@ -1,5 +1,6 @@
 """Numbers, tables, lines and figures about errors, of a made-up run."""
 
+import csv
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -10,7 +11,8 @@ from contactfem.case import Adaptivity
 from contactfem.error_measure import errors_of_costs, errors_of_steps, uniform_costs
 from contactfem.errors_figure import draw_errors
 from contactfem.meshes_figure import draw_meshes
-from contactfem.results import ErrorStep, MeshErrors, Remeshing
+from contactfem.output import OutputWriter
+from contactfem.results import ErrorStep, MeshErrors, Observed, Remeshing
 from contactfem.terminal import remesh_lines, step_line
 
 
@@ -80,6 +82,31 @@ def test_lines(run):
         "new meshes for mechanics in 2 s: lower 100 to 400 cells, upper 50 to 70 cells (too large)"
     ]
     assert remesh_lines(second) == []
+
+
+def test_what_new_meshes_change_is_said(run):
+    first, *_ = run.steps
+    before = Observed({"sole": (1000.0, -5000.0)}, 80.0, 12.0)
+    change = Observed({"sole": (1020.0, -5000.0)}, 79.5, 12.0).minus(before)
+    assert change == Observed({"sole": (20.0, 0.0)}, -0.5, 0.0)
+    changed = replace(first, errors=replace(first.errors, change=change))
+    assert remesh_lines(changed)[1:] == [
+        "they change sole (0.02 N/mm, 0 N/m)  hottest -0.5 K  mean temperature 0 K"
+    ]
+    assert change.minus(replace(before, temperature_max=None)).temperature_max is None
+
+
+def test_history_says_errors_and_cells(run, tmp_path):
+    writer = OutputWriter(tmp_path, run.case, "")
+    for step in run.steps:
+        writer.step(step)
+    with (tmp_path / "history.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["error.mechanics"] for row in rows] == ["0.04", "0.045", "0.035", "0.04"]
+    assert [row["error.heat"] for row in rows] == [""] * 4
+    assert rows[1]["error.time"] == "0.0225"
+    assert [row["cells"] for row in rows] == ["470", "470", "490", "490"]
+    assert [row["thermal_cells"] for row in rows] == ["0"] * 4
 
 
 def test_figures(run, tmp_path):

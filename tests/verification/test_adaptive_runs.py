@@ -8,7 +8,7 @@ from verification.watched import vertex_temperatures, watch
 
 from mpi4py import MPI
 
-from contactfem import adapt, run
+from contactfem import adapt, remesh, run
 from contactfem.adaptivity import RepeatStep
 from contactfem.case import read_case
 from contactfem.newton import NewtonSolver, SolveReport
@@ -123,6 +123,9 @@ def test_points_stay_and_a_probe_is_a_node(tmp_path):
     first, *_ = [step.errors for step in result.steps]
     assert len(first.remeshes) >= 1
     assert first.mechanics < 0.08
+    assert first.change.forces["sole"][1] == pytest.approx(0.0, abs=1e-4)  # it is prescribed
+    assert 0.0 < abs(first.change.forces["sole"][0]) < 0.05 * 2.5e3
+    assert first.change.temperature_max is None
     (block,) = result.bodies
     for point, axis, value in (((0.5e-3, 0.75e-3), 0, 1e-6), ((1.61e-3, 0.37e-3), 1, None)):
         distance = np.hypot(*(block.points - point).T)
@@ -144,6 +147,38 @@ def test_only_named_bodies_get_new_meshes(tmp_path):
     last = result.steps[-1].errors
     assert (last.cells["lower"], last.thermal_cells["lower"]) == (32, 32)
     assert last.cells["upper"] > 25 < last.thermal_cells["upper"]
+
+
+def test_the_problem_without_new_meshes_keeps_what_it_has(tmp_path):
+    """Heat gets new meshes; of mechanics there is one system and one solver, and no change."""
+    solvers, carried = set(), []
+    solve, carry = NewtonSolver.solve, remesh.carried
+
+    def seen(self, step):
+        solvers.add(id(self))
+        return solve(self, step)
+
+    def spy(old, new, state, ramp_end):
+        x = state.x.copy()
+        after = carry(old, new, state, ramp_end)
+        carried.append(state.t)
+        assert new.system is old.system
+        assert new.heat.bodies != old.heat.bodies
+        assert np.array_equal(x, after.x)
+        assert np.array_equal(x, new.system.x.array)
+        assert state.conditions == after.conditions
+        return after
+
+    case = case_of(tmp_path, RUBBED, "adaptivity.mechanics=0.9")
+    with patch.object(NewtonSolver, "solve", seen), patch.object(remesh, "carried", spy):
+        result = run.run_case(case, MPI.COMM_SELF, None)
+    assert result.converged
+    assert len(solvers) == 1
+    assert max(carried) > 0.0
+    changes = [s.errors.change for s in result.steps if s.errors.remeshes]
+    for change in changes:
+        assert max(map(abs, change.forces["seam"])) < 0.02 * 1e5
+        assert abs(change.temperature_mean) < 0.02
 
 
 def test_a_step_that_fails_on_new_meshes_starts_again(tmp_path):
