@@ -86,10 +86,10 @@ def _by_multiplier(contact: Contact, c: Conditions) -> Sparse:
     ]  # fmt: skip
     rows, nodes, values = joined(vectors)
     triplets = [_on_components(rows, nodes, values)]
-    j, l, value = Sparse.of(c.operators.M).triplets()
+    j, other, value = Sparse.of(c.operators.M).triplets()
     at = c.active[j]
     for k in (0, 1):
-        triplets.append((2 * l[at] + k, 2 * j[at] + k, -value[at]))
+        triplets.append((2 * other[at] + k, 2 * j[at] + k, -value[at]))
     rows, cols, values = joined(triplets)
     keep = c.active[cols // 2]
     kept = rows[keep], cols[keep], values[keep]
@@ -147,7 +147,10 @@ def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
          turned[slip] - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
         (first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
     ]  # fmt: skip
-    parts = [_on_normals(op.normals, *joined(through_normals)), _slip_by_position(contact, c, moved)]
+    parts = [
+        _on_normals(op.normals, *joined(through_normals)),
+        _slip_by_position(contact, c, moved),
+    ]
     p, t = c.pressure - c.pressure[rim], c.rim_traction
     by_full = -c.kappa_slope * op.cover / op.full
     if by_full.any():  # only where the rim rule acts

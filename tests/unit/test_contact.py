@@ -6,8 +6,8 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.contact import Contact, ContactLaw, History
-from contactfem.motion import motion as relative_motion
 from contactfem.laws import RIM_COMPLIANCE, Coulomb, Status, Trial, frictionless
+from contactfem.motion import motion as relative_motion
 from contactfem.surfaces import InterfaceMesh
 
 MU = 0.4
