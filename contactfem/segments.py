@@ -85,12 +85,31 @@ def cut(
     span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
     keep = span[:, 1] > span[:, 0]
     keep[hidden(pairs[:, 0], span, distance, keep)] = False
-    pairs = pairs[keep]
-    derivatives = None
-    if differentiate:  # only of what is there: most candidates cover nothing
-        derivatives = np.empty((len(pairs), 7, 12))
-        _integrals(mesh, x, normals, pairs, derivatives)
-    return Segments(pairs, span[keep], integrals[keep], derivatives)
+    found = Segments(pairs[keep], span[keep], integrals[keep], None)
+    if not differentiate:
+        return found
+    return differentiated(mesh, x, normals, found, np.ones(len(found.facets), bool))
+
+
+def differentiated(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, segments: Segments, chosen: Bools
+) -> Segments:
+    """Some segments with derivatives of their integrals: they cost far more than these.
+
+    Args:
+        mesh: The interface.
+        x: Positions that they were cut at [m], shape (n_nodes, 2).
+        normals: Nodal normals there [-], shape (n_nonmortar, 2).
+        segments: Segments.
+        chosen: Which of them, (s,).
+
+    Returns:
+        The chosen segments.
+    """
+    facets = segments.facets[chosen]
+    derivatives = np.empty((len(facets), 7, 12))
+    _integrals(mesh, x, normals, facets, derivatives)
+    return Segments(facets, segments.span[chosen], segments.integrals[chosen], derivatives)
 
 
 def _integrals(

@@ -7,7 +7,7 @@ import numpy as np
 from contactfem.contact import Conditions, Contact
 from contactfem.laws import Status
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
-from contactfem.segments import cut
+from contactfem.segments import differentiated
 from contactfem.sparse import Sparse, Triplets, joined
 from contactfem.surfaces import Bools, Floats, Ints, NormalField
 
@@ -63,8 +63,8 @@ def _entries(contact: Contact, conditions: Conditions) -> Mortar:
     """Differentiated operators of this rank's facets with an active node."""
     mesh, operators = contact.mesh, conditions.operators
     needed = np.asarray(conditions.active[mesh.nonmortar].any(axis=1))
-    pairs = operators.pairs[needed[operators.pairs[:, 0]]]
-    segments = cut(mesh, operators.x, operators.normals.n, pairs, differentiate=True)
+    chosen = needed[operators.segments.facets[:, 0]]
+    segments = differentiated(mesh, operators.x, operators.normals.n, operators.segments, chosen)
     return assemble(mesh, operators.x, segments, operators.normals)
 
 
