@@ -159,11 +159,10 @@ def entries(
         _write_int(rows), _write_int(columns), _write(values),
         _write_int(segment) if by else ffi.NULL, _write(by_integrals), _write(by_masses),
     )  # fmt: skip
-    rows, columns, values = rows[:count], columns[:count], values[:count]
-    if not by:
-        return rows, columns, values, None
-    derivative = _entry_rows(mesh, segments, normals, segment[:count], by_integrals, by_masses)
-    return rows, columns, values, derivative
+    derivative = None
+    if by:
+        derivative = _entry_rows(mesh, segments, normals, segment[:count], by_integrals, by_masses)
+    return rows[:count], columns[:count], values[:count], derivative
 
 
 def _entry_rows(
