@@ -238,7 +238,7 @@ class Contact:
         rim, kappa, slope = self._rim(operators)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
-        moved = _motion(operators, history)
+        moved = relative_motion(operators, history)
         slip = moved.slip
         estimate = self._estimates(history)
         normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
@@ -267,7 +267,7 @@ class Contact:
         Returns:
             The conditions.
         """
-        moved = _motion(operators, history)
+        moved = relative_motion(operators, history)
         status = np.where(operators.D > 0.0, start.status, Status.OPEN)
         status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
         direction = np.where(status == Status.SLIP, start.direction, 0.0)
@@ -364,8 +364,8 @@ class Contact:
         return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
 
 
-def _motion(operators: Operators, history: History) -> Motion:
-    """Relative motion since the start of the step."""
+def relative_motion(operators: Operators, history: History) -> Motion:
+    """Relative motion of the two sides from the start of the step to where operators are."""
     before = history.D, history.M
     return motion(operators.x, operators.normals.tangent, operators.M, before)
 
