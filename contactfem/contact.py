@@ -23,7 +23,7 @@ from contactfem.laws import (
 )
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.motion import Motion, motion
-from contactfem.segments import cut, find_pairs
+from contactfem.segments import Segments, cut, find_pairs
 from contactfem.sparse import Sparse
 from contactfem.surfaces import (
     Bools,
@@ -103,7 +103,7 @@ class Operators:
         gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
         full: D_jj of wholly covered facets [m], (n,).
         length: Half the length of the facets at each node [m], (n,): `full` without an axis.
-        pairs: This rank's candidate facet pairs, (p, 2).
+        segments: This rank's segments.
         mesh: The two surfaces.
     """
 
@@ -114,7 +114,7 @@ class Operators:
     gap: Floats
     full: Floats
     length: Floats
-    pairs: Ints
+    segments: Segments
     mesh: InterfaceMesh
 
     @cached_property
@@ -208,7 +208,8 @@ class Contact:
         mesh, n = self.mesh, self.mesh.n_nonmortar
         normals = nodal_normals(mesh, x)
         pairs = find_pairs(mesh, x, normals.n, self.my_facets, self.law.search_radius)
-        mine = assemble(mesh, x, cut(mesh, x, normals.n, pairs, differentiate=False), normals)
+        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+        mine = assemble(mesh, x, segments, normals)
         row, col, value = (
             np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
             for part in (mine.row, mine.col, mine.value)
@@ -219,7 +220,7 @@ class Contact:
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
         gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
         full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, full, length, pairs, mesh)
+        return Operators(x, normals, D, M, gap, full, length, segments, mesh)
 
     def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
         """Status of every node from its trial state, and the residuals of the conditions.
@@ -237,7 +238,7 @@ class Contact:
         rim, kappa, slope = self._rim(operators)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
-        moved = _motion(operators, history)
+        moved = relative_motion(operators, history)
         slip = moved.slip
         estimate = self._estimates(history)
         normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
@@ -266,7 +267,7 @@ class Contact:
         Returns:
             The conditions.
         """
-        moved = _motion(operators, history)
+        moved = relative_motion(operators, history)
         status = np.where(operators.D > 0.0, start.status, Status.OPEN)
         status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
         direction = np.where(status == Status.SLIP, start.direction, 0.0)
@@ -363,8 +364,8 @@ class Contact:
         return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
 
 
-def _motion(operators: Operators, history: History) -> Motion:
-    """Relative motion since the start of the step."""
+def relative_motion(operators: Operators, history: History) -> Motion:
+    """Relative motion of the two sides from the start of the step to where operators are."""
     before = history.D, history.M
     return motion(operators.x, operators.normals.tangent, operators.M, before)
 

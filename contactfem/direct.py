@@ -33,6 +33,7 @@ class Iterate:
         damping: Share of the coming step that is taken.
         residuals: Scaled residuals of the solve so far [-].
         tolerance: What they must come to [-].
+        settled: Whether the contact status is that of the iteration before.
     """
 
     conditions: Sequence[Conditions]
@@ -40,6 +41,7 @@ class Iterate:
     damping: float
     residuals: Sequence[float]
     tolerance: float
+    settled: bool
 
 
 class Direct:

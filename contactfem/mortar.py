@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.segments import Segments, entry_rows
+from contactfem.segments import Segments, entries
 from contactfem.sparse import Sparse
 from contactfem.surfaces import Basis, Bools, Floats, InterfaceMesh, Ints, NormalField
 
 TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
 FULL = (1.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0)  # ∫ N N of a whole facet, stands in for an uncovered one
-D_ENTRY, GAP_ENTRY = -1, -2
+D_ENTRY, GAP_ENTRY = -1, -2  # as in the kernel
 
 
 @dataclass(frozen=True)
@@ -65,22 +65,7 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
         whole = whole * np.pi * x[ends, 0].sum(1)
     covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * whole
     A, dA = basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
-    lumped: Bools | None = None
-    if mesh.basis == "standard":
-        lumped = np.asarray(mesh.carries[ends[e]].all(axis=1))
-    rows, cols = _places(mesh, segments, ends[e], lumped)
-    blocks = _coefficients(A[e], lumped)
-    used = np.flatnonzero(covered[e][:, None, None] & (rows >= 0))
-    value = np.einsum("sktq,sq->skt", blocks, segments.integrals).ravel()[used]
-    row, col = rows.ravel()[used], cols.ravel()[used]
-    if segments.derivatives is None:
-        return Mortar(row, col, value, None)
-    by_integrals = blocks.reshape(-1, 7)[used]
-    by_masses = np.zeros((len(used), 3))
-    if dA is not None:
-        by_masses = np.einsum("skti,skim->sktm", _by_basis(segments), dA[e]).reshape(-1, 3)[used]
-    at = used // (rows.shape[1] * rows.shape[2])
-    return Mortar(row, col, value, entry_rows(mesh, segments, normals, at, by_integrals, by_masses))
+    return Mortar(*entries(mesh, segments, normals, (e, covered, A, dA)))
 
 
 def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None]:
@@ -120,59 +105,6 @@ def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
     A[alone] = 1.0
     dA[alone] = 0.0
     return A, dA
-
-
-def _places(
-    mesh: InterfaceMesh, segments: Segments, ends: Ints, lumped: Bools | None
-) -> tuple[Ints, Ints]:
-    """Row and column of the entries (D, g, M_c, M_d, M_other, M_own) of both nodes, (s, 2, 6).
-
-    Without the last, (s, 2, 5), for dual multipliers (`lumped` None).
-    """
-    carries = mesh.carries[ends]
-    count = 5 if lumped is None else 6
-    rows = np.where(carries, ends, -1)[:, :, None].repeat(count, 2)
-    cols = np.empty((len(ends), 2, count), np.int64)
-    cols[:, :, 0], cols[:, :, 1] = D_ENTRY, GAP_ENTRY
-    cols[:, :, 2:4] = mesh.mortar[segments.facets[:, 1]][:, None, :]
-    cols[:, :, 4] = ends[:, ::-1]
-    if lumped is None:
-        rows[:, :, 4][carries[:, ::-1]] = -1
-    else:
-        cols[:, :, 5] = ends
-        rows[~lumped, :, 5] = -1
-    return rows, cols
-
-
-def _coefficients(A: Floats, lumped: Bools | None) -> Floats:
-    """Entries as linear functions of the integrals, (s, 2, 5 or 6, 7); see `_places`.
-
-    M_other and M_own are D_jj δ_jk - ∫ Φ_j N_k: ∓ ∫ N_1 N_2 where two standard multipliers share
-    the facet (`lumped`), minus ∫ N_other where only one stands on it.
-    """
-    W = np.zeros((len(A), 2, 5 if lumped is None else 6, 7))
-    d = np.array(((1.0, 1, 0, 0, 0, 0, 0), (0, 1.0, 1, 0, 0, 0, 0)))  # ∫ N_i
-    zeta = np.eye(7)[3:5]  # ∫ N_i ζ
-    W[:, :, 0] = d
-    W[:, :, 1, 5:] = A
-    W[:, :, 2] = A @ (d - zeta)
-    W[:, :, 3] = A @ zeta
-    W[:, :, 4] = -d[::-1]
-    if lumped is not None:
-        W[lumped, :, 4] = -np.eye(7)[1]
-        W[lumped, :, 5] = np.eye(7)[1]
-    return W
-
-
-def _by_basis(segments: Segments) -> Floats:
-    """Derivative of the entries of node k with respect to A_ki, shape (s, 1, 5, 2)."""
-    q = segments.integrals
-    d = np.stack((q[:, 0] + q[:, 1], q[:, 1] + q[:, 2]), 1)
-    result = np.zeros((len(q), 1, 5, 2))
-    result[:, 0, 1] = q[:, 5:]
-    result[:, 0, 2] = d - q[:, 3:5]
-    result[:, 0, 3] = q[:, 3:5]
-    return result
 
 
 def _stack(rows: tuple[object, ...]) -> Floats:

@@ -41,8 +41,8 @@ def motion(
     """
     D0, M0 = before
     rows, columns, values = change = Sparse.of(M - M0).triplets()
-    parts = (values[:, None] * (x[columns] - x[rows])).T
-    w = np.column_stack([np.bincount(rows, part, len(D0)) for part in parts])
+    parts: Floats = (values[:, None] * (x[columns] - x[rows])).T
+    w: Floats = np.column_stack([np.bincount(rows, part, len(D0)) for part in parts])
     along, seen = np.einsum("ji,ji->j", tangent, w), D0 > 0.0
     slip = np.divide(along, D0, out=np.zeros(len(along)), where=seen)
     return Motion(change, w, seen, slip)

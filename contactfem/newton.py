@@ -318,8 +318,10 @@ class NewtonSolver:
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
         """Tangent with contact."""
-        residuals = tuple(self._residuals)
-        at = Iterate(self.conditions, self._jumps, self._damping(), residuals, self.tolerance)
+        residuals, settled = tuple(self._residuals), len(set(self._statuses[-2:])) == 1
+        at = Iterate(
+            self.conditions, self._jumps, self._damping(), residuals, self.tolerance, settled
+        )
         A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
         self._solve_started = time.perf_counter()

@@ -9,8 +9,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from contactfem.archive import Tree
-from contactfem.contact import Conditions, History, Operators
+from contactfem.contact import Conditions, History, Operators, relative_motion
 from contactfem.laws import Limit, Trial
+from contactfem.motion import Motion
 
 if TYPE_CHECKING:
     from contactfem.heat_interface import HeatExchange
@@ -20,8 +21,8 @@ def packed(item: Any) -> Tree:
     """Fields of a dataclass or a named tuple, and of those in it, as arrays.
 
     Args:
-        item: With arrays, sparse matrices, numbers and None. Mortar operators are left out: their
-            positions give them again.
+        item: With arrays, sparse matrices, numbers and None. Mortar operators are left out, and
+            what they say about motion: their positions give them again.
 
     Returns:
         The tree.
@@ -35,7 +36,7 @@ def packed(item: Any) -> Tree:
         elif sp.issparse(value):
             parts = {"data": value.data, "indices": value.indices, "indptr": value.indptr}
             tree[name] = parts | {"shape": np.array(value.shape)}
-        elif not (value is None or isinstance(value, Operators)):
+        elif not (value is None or isinstance(value, Operators | Motion)):
             tree[name] = packed(value)
     return tree
 
@@ -58,7 +59,9 @@ def conditions(tree: Tree, operators: Operators) -> Conditions:
         operators: At the positions of the conditions.
     """
     limit = _unpacked(Limit, tree["limit"])
-    inner = {"operators": operators, "history": history(tree["history"]), "limit": limit}
+    before = history(tree["history"])
+    inner = {"operators": operators, "history": before, "limit": limit}
+    inner["motion"] = relative_motion(operators, before)
     return _unpacked(Conditions, tree | inner)
 
 

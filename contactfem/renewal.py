@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-PRICE = 3.0  # iterations with an old factor that a new one costs, or less
+PRICE = 2.0  # iterations with an old factor that a new one costs, or less
 SLOW = 0.5  # reduction of the residual in one iteration that no old factor is kept for
 SLOPE = 5.0  # with a factor of a state with residual r, later iterations reduce by this times r
 

@@ -28,11 +28,23 @@ class Reused(OnInterfaces):
         super().__init__(equations, timers)
         self._K = self.system.create_matrix(self.system.pattern)
         self._factor = SchurFactor(self._K, self.unknowns, self.system.is_symmetric)
-        self._new = True
+        self._new = self._unsolved = True
+
+    def begin(self) -> None:
+        """Begin a new solve, with a new factor if the last one failed."""
+        super().begin()
+        self._new, self._unsolved = self._new or self._unsolved, True
+
+    def finish(self, x: PETSc.Vec) -> None:
+        """The unknowns are complete."""
+        self._unsolved = False
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
-        """As that of `Direct`, with a bulk that is only renewed where it is worth it."""
-        if self._new or worth_renewing(at.residuals, at.tolerance):
+        """As that of `Direct`, with a bulk that is only renewed where it is worth it.
+
+        Not while the contact status changes: what the residual does then is not the bulk's doing.
+        """
+        if self._new or (at.settled and worth_renewing(at.residuals, at.tolerance)):
             with self.timers.book("assembly"):
                 self.system.assemble(self._K, at.jumps)
             with self.timers.book("factorisation"):

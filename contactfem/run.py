@@ -154,7 +154,7 @@ class _Loop:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder, self.keeper = solver, recorder, keeper
         self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
-        self.timers = timers
+        self.timers, self.reusing = timers, solver
         start = resumed or Progress(case.time.step, case.time.step)
         self.dt, self.easy = min(start.dt, case.time.step_max), list(start.easy)
         self.reports, self.reactions = list(start.reports), list(start.reactions)
@@ -232,6 +232,8 @@ class _Loop:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
+            if self.solver is not self.reusing:
+                self._use(self.reusing)
             self._choose_step(report, verdict.dt)
         self._keep(self.keeper.finish)
         return ""
@@ -251,13 +253,17 @@ class _Loop:
             self._warn(trouble)
 
     def _renewed(self) -> bool:
-        """Go on without factors that serve on, if there were any: the failure may be theirs."""
+        """Take the step without factors that serve on, if there were any: it may be their fault."""
         if self.solver is None or not self.solver.reuses:
             return False
-        new = self.discretisation
-        self.solver = _solver(self.case, new, self.timers, reuse=False)
-        self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+        self._use(_solver(self.case, self.discretisation, self.timers, reuse=False))
         return True
+
+    def _use(self, solver: NewtonSolver | None) -> None:
+        """Go on with a solver."""
+        heat = self.discretisation.heat
+        self.solver = solver
+        self.heat = _HeatSide(self.case, heat, solver) if heat else None
 
     def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
         """What becomes of a step that was solved; collective."""
@@ -293,8 +299,8 @@ class _Loop:
             self.before = None
             self.discretisation = new
             if self.case.mechanics and new.system is not old.system:
-                self.solver = _solver(self.case, new, self.timers)
-            self.heat = _HeatSide(self.case, new.heat, self.solver) if new.heat else None
+                self.reusing = _solver(self.case, new, self.timers)
+            self._use(self.reusing)
             self.alone = self._alone()
             self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
         self.recorder.remeshed(new)

@@ -49,7 +49,6 @@ class SchurFactor:
         places = PETSc.IS().createGeneral(kept.astype(np.int32), comm=PETSc.COMM_SELF)
         _call("MatFactorSetSchurIS", c_void_p(self._factor.handle), c_void_p(places.handle))
         self._right, self._left = K.createVecs()
-        self._half = BOTH  # what condenses: PETSc only makes room for it in a whole solve
         self.S: Floats = np.zeros((len(kept), len(kept)))
 
     def factorise(self) -> None:
@@ -90,11 +89,7 @@ class SchurFactor:
         Returns:
             Values at `kept`.
         """
-        self._factor.setMumpsIcntl(HALVES, self._half)
-        result = self._scale * self._solve(r)[self.kept]
-        self._factor.setMumpsIcntl(HALVES, BOTH)
-        self._half = FORWARD
-        return np.asarray(result)
+        return np.asarray(self._scale * self._solve(r, FORWARD)[self.kept])
 
     def expand(self, r: Floats, condensed: Floats, x: Floats) -> Floats:
         """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k.
@@ -109,10 +104,11 @@ class SchurFactor:
         """
         shifted = r.copy()
         shifted[self.kept] += self._scale * x - condensed
-        return self._solve(shifted)
+        return self._solve(shifted, BOTH)
 
-    def _solve(self, r: Floats) -> Floats:
-        """x_k = (r_k - K_ki K_ii⁻¹ r_i) / σ, and x_i = K_ii⁻¹ (r_i - K_ik x_k)."""
+    def _solve(self, r: Floats, halves: int) -> Floats:
+        """x_k = (r_k - K_ki K_ii⁻¹ r_i) / σ, and with both halves x_i = K_ii⁻¹ (r_i - K_ik x_k)."""
+        self._factor.setMumpsIcntl(HALVES, halves)
         self._right.array[:] = r
         self._ksp.solve(self._right, self._left)
         return np.array(self._left.array_r)

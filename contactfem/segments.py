@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
 from contactfem.sparse import Sparse
-from contactfem.surfaces import Floats, InterfaceMesh, Ints, NormalField
+from contactfem.surfaces import Bools, Floats, InterfaceMesh, Ints, NormalField
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
 
@@ -85,12 +85,31 @@ def cut(
     span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
     keep = span[:, 1] > span[:, 0]
     keep[hidden(pairs[:, 0], span, distance, keep)] = False
-    pairs = pairs[keep]
-    derivatives = None
-    if differentiate:  # only of what is there: most candidates cover nothing
-        derivatives = np.empty((len(pairs), 7, 12))
-        _integrals(mesh, x, normals, pairs, derivatives)
-    return Segments(pairs, span[keep], integrals[keep], derivatives)
+    found = Segments(pairs[keep], span[keep], integrals[keep], None)
+    if not differentiate:
+        return found
+    return differentiated(mesh, x, normals, found, np.ones(len(found.facets), bool))
+
+
+def differentiated(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, segments: Segments, chosen: Bools
+) -> Segments:
+    """Some segments with derivatives of their integrals: they cost far more than these.
+
+    Args:
+        mesh: The interface.
+        x: Positions that they were cut at [m], shape (n_nodes, 2).
+        normals: Nodal normals there [-], shape (n_nonmortar, 2).
+        segments: Segments.
+        chosen: Which of them, (s,).
+
+    Returns:
+        The chosen segments.
+    """
+    facets = segments.facets[chosen]
+    derivatives = np.empty((len(facets), 7, 12))
+    _integrals(mesh, x, normals, facets, derivatives)
+    return Segments(facets, segments.span[chosen], segments.integrals[chosen], derivatives)
 
 
 def _integrals(
@@ -107,7 +126,46 @@ def _integrals(
     return span, integrals, distance
 
 
-def entry_rows(
+def entries(
+    mesh: InterfaceMesh,
+    segments: Segments,
+    normals: NormalField,
+    on_facets: tuple[Ints, Bools, Floats, Floats | None],
+) -> tuple[Ints, Ints, Floats, Sparse | None]:
+    """Entries of mortar operators, see `cf_entries` in kernels.h.
+
+    Args:
+        mesh: The interface.
+        segments: All segments of some nonmortar facets.
+        normals: Normal field that they were cut with.
+        on_facets: Number of each segment's facet, (s,); whether facets are covered, (f,); their
+            basis A, (f, 2, 2), and its derivative, (f, 2, 2, 3).
+
+    Returns:
+        Rows, columns, values, and derivatives by positions where the segments have them.
+    """
+    (e, covered, A, dA), room = on_facets, 12 * len(segments.facets)
+    rows, columns, values = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
+    by = segments.derivatives is not None
+    segment, by_integrals, by_masses = (
+        np.empty(room, np.int64),
+        np.empty(7 * room),
+        np.empty(3 * room),
+    )
+    count = lib.cf_entries(
+        _read_int(mesh.nonmortar), _read_int(mesh.mortar), _read_flags(mesh.carries),
+        mesh.basis == "standard", len(e), _read_int(segments.facets), _read(segments.integrals),
+        _read_int(e), _read_flags(covered), _read(A), ffi.NULL if dA is None else _read(dA),
+        _write_int(rows), _write_int(columns), _write(values),
+        _write_int(segment) if by else ffi.NULL, _write(by_integrals), _write(by_masses),
+    )  # fmt: skip
+    derivative = None
+    if by:
+        derivative = _entry_rows(mesh, segments, normals, segment[:count], by_integrals, by_masses)
+    return rows[:count], columns[:count], values[:count], derivative
+
+
+def _entry_rows(
     mesh: InterfaceMesh,
     segments: Segments,
     normals: NormalField,
@@ -115,19 +173,7 @@ def entry_rows(
     by_integrals: Floats,
     by_masses: Floats,
 ) -> Sparse:
-    """Derivatives by positions of quantities that depend on integrals over segments.
-
-    Args:
-        mesh: The interface.
-        segments: All segments of some nonmortar facets, with derivatives.
-        normals: Normal field that they were cut with.
-        segment: Segment of each quantity, ascending, (e,).
-        by_integrals: Derivatives by its integrals, (e, 7).
-        by_masses: Derivatives by the first three summed over the segments of its facet, (e, 3).
-
-    Returns:
-        Derivatives, (e, 2 n_nodes).
-    """
+    """Derivatives of entries by positions, (e, 2 n_nodes); see `cf_entry_rows` in kernels.h."""
     assert segments.derivatives is not None
     facet = segments.facets[:, 0]
     count = np.bincount(facet, minlength=1)
@@ -179,6 +225,10 @@ def _read(array: Floats) -> object:
 
 def _read_int(array: Ints) -> object:
     return ffi.from_buffer("int64_t[]", np.ascontiguousarray(array))
+
+
+def _read_flags(array: Bools) -> object:
+    return ffi.from_buffer("uint8_t[]", np.ascontiguousarray(array).view(np.uint8))
 
 
 def _write(array: Floats) -> object:

@@ -12,7 +12,6 @@ import scipy.sparse.linalg
 from contactfem.condensed import Interface
 from contactfem.contact import Operators
 from contactfem.mortar import basis
-from contactfem.segments import cut
 from contactfem.surfaces import Floats
 from contactfem.system import System
 
@@ -81,7 +80,7 @@ def multiplier_norm(interface: Interface, operators: Operators) -> sp.csr_matrix
         S [m³/N], shape (n_nonmortar, n_nonmortar).
     """
     mesh, x = interface.nodes.mesh, operators.x
-    segments = cut(mesh, x, operators.normals.n, operators.pairs, differentiate=False)
+    segments = operators.segments
     facets, e = np.unique(segments.facets[:, 0], return_inverse=True)
     m: Floats = np.zeros((len(facets), 3))
     np.add.at(m, e, segments.integrals[:, :3])

@@ -7,7 +7,7 @@ import numpy as np
 from contactfem.contact import Conditions, Contact
 from contactfem.laws import Status
 from contactfem.mortar import D_ENTRY, GAP_ENTRY, Mortar, assemble
-from contactfem.segments import cut
+from contactfem.segments import differentiated
 from contactfem.sparse import Sparse, Triplets, joined
 from contactfem.surfaces import Bools, Floats, Ints, NormalField
 
@@ -63,8 +63,8 @@ def _entries(contact: Contact, conditions: Conditions) -> Mortar:
     """Differentiated operators of this rank's facets with an active node."""
     mesh, operators = contact.mesh, conditions.operators
     needed = np.asarray(conditions.active[mesh.nonmortar].any(axis=1))
-    pairs = operators.pairs[needed[operators.pairs[:, 0]]]
-    segments = cut(mesh, operators.x, operators.normals.n, pairs, differentiate=True)
+    chosen = needed[operators.segments.facets[:, 0]]
+    segments = differentiated(mesh, operators.x, operators.normals.n, operators.segments, chosen)
     return assemble(mesh, operators.x, segments, operators.normals)
 
 
@@ -86,10 +86,10 @@ def _by_multiplier(contact: Contact, c: Conditions) -> Sparse:
     ]  # fmt: skip
     rows, nodes, values = joined(vectors)
     triplets = [_on_components(rows, nodes, values)]
-    j, l, value = Sparse.of(c.operators.M).triplets()
+    j, other, value = Sparse.of(c.operators.M).triplets()
     at = c.active[j]
     for k in (0, 1):
-        triplets.append((2 * l[at] + k, 2 * j[at] + k, -value[at]))
+        triplets.append((2 * other[at] + k, 2 * j[at] + k, -value[at]))
     rows, cols, values = joined(triplets)
     keep = c.active[cols // 2]
     kept = rows[keep], cols[keep], values[keep]
@@ -147,7 +147,10 @@ def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
          turned[slip] - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
         (first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
     ]  # fmt: skip
-    parts = [_on_normals(op.normals, *joined(through_normals)), _slip_by_position(contact, c, moved)]
+    parts = [
+        _on_normals(op.normals, *joined(through_normals)),
+        _slip_by_position(contact, c, moved),
+    ]
     p, t = c.pressure - c.pressure[rim], c.rim_traction
     by_full = -c.kappa_slope * op.cover / op.full
     if by_full.any():  # only where the rim rule acts

@@ -32,8 +32,8 @@ PLAIN = """
     sizes adaptivity mesh_choice
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat petsc_options jit_cache meshing blocks sparse transfer mesh_view boundary_data body_recovery
-    surfaces directions crosspoints segments mortar motion
+    compat petsc_options jit_cache meshing blocks sparse transfer mesh_view boundary_data
+    body_recovery surfaces directions crosspoints segments mortar motion
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
     direct schur held dense interface_matrix on_interfaces constant reused linear_solver newton

@@ -31,6 +31,19 @@ int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmo
                     const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
+/* Entries of the mortar operators: D_jj = int Phi_j, g_j = int Phi_j g and M_jl = int Phi_j N_l, with
+ * Phi = A N on each facet; also, with the sign of a mortar entry, those of nonmortar nodes (see Mortar
+ * in mortar.py). facet[s] numbers the covered facets with their basis: A is (facets, 2, 2), dA by the
+ * first three integrals of the facet (facets, 2, 2, 3), or NULL for a constant basis. Nodes that do
+ * not carry a multiplier, and facets that are not covered, have no entries. Writes at most 12 of each
+ * segment: row, column (-1 for D, -2 for g), value; and, unless NULL, the segment and the derivatives
+ * for cf_entry_rows. Returns how many. */
+int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar, const uint8_t *carries,
+                   int32_t standard, int64_t n_segments, const int64_t *pairs,
+                   const double *integrals, const int64_t *facet, const uint8_t *covered,
+                   const double *A, const double *dA, int64_t *rows, int64_t *columns,
+                   double *values, int64_t *segment, double *by_integrals, double *by_masses);
+
 /* Derivatives by positions of some quantities of segments, as rows of a sparse matrix. Segments stand
  * ordered by nonmortar facet (pairs[2*s]), with `derivatives` from cf_segments. Quantity e belongs to
  * segment[e], ascending, and changes by

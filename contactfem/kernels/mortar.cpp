@@ -1,6 +1,8 @@
-// Derivatives of mortar entries: from those of the segments' integrals to those of the positions.
+// Entries of the mortar operators from integrals over segments, and their derivatives.
 #include "kernels.h"
 #include <algorithm>
+#include <array>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -41,7 +43,95 @@ void add(double factor, const double *row, int count, double *to) {
     to[i] += factor * row[i];
 }
 
+constexpr int64_t d_column = -1, gap_column = -2;
+using Integrals = std::array<double, n_integrals>;
+
+// What an entry is made of: sums of integrals over its segment.
+constexpr Integrals whole[2] = {{1, 1}, {0, 1, 1}};               // int N_i
+constexpr Integrals toward_d[2] = {{0, 0, 0, 1}, {0, 0, 0, 0, 1}}; // int N_i zeta
+constexpr Integrals toward_c[2] = {{1, 1, 0, -1}, {0, 1, 1, 0, -1}};
+constexpr Integrals gaps[2] = {{0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 1}};
+constexpr Integrals shared = {0, 1}; // int N_1 N_2
+
+Integrals combined(double a, const Integrals &p, double b, const Integrals &q) {
+  Integrals r;
+  for (int i = 0; i < n_integrals; ++i)
+    r[i] = a * p[i] + b * q[i];
+  return r;
+}
+
+double dot(const Integrals &factors, const double *q) {
+  double sum = 0.0;
+  for (int i = 0; i < n_integrals; ++i)
+    sum += factors[i] * q[i];
+  return sum;
+}
+
+struct Output {
+  int64_t *rows, *columns;
+  double *values;
+  int64_t *segment; // NULL where derivatives are not wanted
+  double *by_integrals, *by_masses;
+  int64_t count;
+
+  void add(int64_t row, int64_t column, int64_t s, const double *q, const Integrals &factors) {
+    rows[count] = row;
+    columns[count] = column;
+    values[count] = dot(factors, q);
+    if (segment != nullptr) {
+      segment[count] = s;
+      std::copy(factors.begin(), factors.end(), by_integrals + n_integrals * count);
+      std::fill(by_masses + n_masses * count, by_masses + n_masses * (count + 1), 0.0);
+    }
+    ++count;
+  }
+
+  // The last entry's change by the basis, which changes with the masses by dA (2, 3).
+  void add_basis(double by_first, double by_second, const double *dA) {
+    if (segment == nullptr || dA == nullptr)
+      return;
+    for (int m = 0; m < n_masses; ++m)
+      by_masses[n_masses * (count - 1) + m] = by_first * dA[m] + by_second * dA[n_masses + m];
+  }
+};
+
 } // namespace
+
+extern "C" int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar,
+                              const uint8_t *carries, int32_t standard, int64_t n_segments,
+                              const int64_t *pairs, const double *integrals, const int64_t *facet,
+                              const uint8_t *covered, const double *A, const double *dA,
+                              int64_t *rows, int64_t *columns, double *values, int64_t *segment,
+                              double *by_integrals, double *by_masses) {
+  Output out{rows, columns, values, segment, by_integrals, by_masses, 0};
+  for (int64_t s = 0; s < n_segments; ++s) {
+    const int64_t *ends = nonmortar + 2 * pairs[2 * s], *others = mortar + 2 * pairs[2 * s + 1];
+    const bool both = carries[ends[0]] && carries[ends[1]];
+    const double *q = integrals + n_integrals * s;
+    for (int k = 0; k < 2; ++k) {
+      if (!covered[facet[s]] || !carries[ends[k]])
+        continue;
+      const double *a = A + 4 * facet[s] + 2 * k;
+      const double *da = dA == nullptr ? nullptr : dA + 12 * facet[s] + 6 * k;
+      const int64_t row = ends[k];
+      out.add(row, d_column, s, q, whole[k]);
+      const std::pair<int64_t, const Integrals *> through_basis[] = {
+          {gap_column, gaps}, {others[0], toward_c}, {others[1], toward_d}};
+      for (const auto &[column, parts] : through_basis) {
+        out.add(row, column, s, q, combined(a[0], parts[0], a[1], parts[1]));
+        out.add_basis(dot(parts[0], q), dot(parts[1], q), da);
+      }
+      // D_jj delta_jk - int Phi_j N_k of nonmortar nodes, where it is not zero
+      if (!both)
+        out.add(row, ends[1 - k], s, q, combined(-1.0, whole[1 - k], 0.0, shared));
+      if (both && standard) {
+        out.add(row, ends[1 - k], s, q, combined(-1.0, shared, 0.0, shared));
+        out.add(row, ends[k], s, q, shared);
+      }
+    }
+  }
+  return out.count;
+}
 
 extern "C" int64_t cf_entry_rows(const int64_t *nonmortar, const int64_t *mortar,
                                  const int64_t *around, const double *by_around, int64_t n_segments,
