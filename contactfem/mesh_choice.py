@@ -23,7 +23,6 @@ from contactfem.sizes import (
 ORDER = 1  # of the elements: P1, Q1 and MINI
 LEAST_SHARE = 0.01  # of the square of the error wanted, that is left to the meshes that may change
 FULL = 0.9  # of the cells that are allowed
-SAME = 0.9  # of its error or cells that a body's new mesh would have, and its present one stays
 LARGEST, SMALLEST = 8.0, 256.0  # size_max is the extent over the first, size_min that over both
 
 
@@ -98,7 +97,7 @@ def choose_meshes(
     policy: MeshPolicy,
     lifetime: Lifetime,
 ) -> MeshChoice:
-    """Keep the meshes of one problem, or replace those that may change and then would.
+    """Keep the meshes of one problem, or replace all that may change.
 
     What is certain without new sizes is decided without them: they cost more than errors do.
 
@@ -143,14 +142,7 @@ def choose_meshes(
         ),
         policy,
     )
-    if not isinstance(decision, Remesh):
-        return MeshChoice({}, decision.reason)
-    other = {
-        body.name: sizes[body.name]
-        for body, part in zip(bodies, found, strict=True)
-        if _changes(body, part)
-    }
-    return MeshChoice(other or sizes, decision.reason)
+    return MeshChoice(sizes if isinstance(decision, Remesh) else {}, decision.reason)
 
 
 def _limited(
@@ -165,13 +157,6 @@ def _limited(
     smallest = [wanted[body.name] < limits.of(body.points).smallest for body in bodies]
     there = sum(float(body.errors[s].sum()) for body, s in zip(bodies, smallest, strict=True))
     return there > 0.5 * sum(float(body.errors.sum()) for body in bodies)
-
-
-def _changes(body: BodyCells, predicted: Prediction) -> bool:
-    """Whether a body's new mesh has a smaller error, or other cells, worth mentioning."""
-    better = predicted.error_square < SAME * float(body.errors.sum())
-    coarser = predicted.cells < SAME * len(body.cells)
-    return better or coarser
 
 
 def _wanted(

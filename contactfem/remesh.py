@@ -160,9 +160,7 @@ def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None
         link.deform()
         link.warm(values)
     state.accept_heat(theta, (), new)
-    state.rate = rate
-    if thermal.bodies != old.bodies:
-        state.increments = Increments()
+    state.rate, state.increments = rate, Increments()
 
 
 def _carry_displacement(comm: MPI.Comm, old: BodyProblem, new: BodyProblem) -> None:

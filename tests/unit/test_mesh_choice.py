@@ -58,15 +58,6 @@ def test_the_larger_error_gets_the_smaller_cells():
     assert sizes["rough"].max() < 0.07 < sizes["smooth"].min() == 1.0 / 8  # the largest allowed
 
 
-def test_a_body_that_would_hardly_change_keeps_its_mesh():
-    """Its cells are nearly as large as they may be."""
-    bodies = [
-        square("rough", 8, 0.08),
-        square("smooth", 9, 0.005, 2.0),
-    ]
-    assert set(choose_meshes(bodies, whole(bodies), LIMITS, POLICY, LASTING).sizes) == {"rough"}
-
-
 def test_cells_are_as_small_as_asked_for():
     """Of 0.02 along the lower side, whatever errors want, and growing from there."""
     body = square("one", 8, 0.08)
