@@ -1,5 +1,6 @@
 """Triangles of given sizes inside an exact boundary."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +16,7 @@ from contactfem.meshes.size_field import SizeField
 SHORT = 0.7  # of the size: facets below this make the cells around them smaller
 GROWTH = 0.5  # largest increase of the size per distance that makes good triangles
 MAX_CELLS = 5_000_000
+AWAY = 0.4  # of its square's width: distance of a seed from the boundary
 
 
 def adapt(boundary: Boundary, field: SizeField, keep: Floats) -> MeshData:
@@ -43,6 +45,7 @@ def adapt(boundary: Boundary, field: SizeField, keep: Floats) -> MeshData:
     fitting = _fitting(field, division)
     if fitting is not field:
         field, division = fitting, divided(boundary, fitting, keep)
+    division = replace(division, inner=np.concatenate([division.inner, _seeds(field, division)]))
     points, cells = _filled(division, field)
     data = mesh_data(points, cells, "triangle", division.groups)
     area = 0.5 * jacobians(data.points, data.cells, "triangle").sum()
@@ -59,6 +62,39 @@ def _fitting(field: SizeField, division: Division) -> SizeField:
     middle, length = 0.5 * (start + end), np.hypot(*(end - start).T)
     short = length < SHORT * field.at(middle)
     return field.limited(middle[short], length[short], GROWTH) if np.any(short) else field
+
+
+def _seeds(field: SizeField, division: Division) -> Floats:
+    """A few nodes inside, without which gmsh takes several times as long for graded meshes.
+
+    It starts from triangles of the boundary's nodes alone. Where many of these are close together
+    the triangles are slivers across the region, and every new node meets very many of them.
+
+    Args:
+        field: wanted sizes h.
+        division: the boundary's nodes.
+
+    Returns:
+        Centres of squares, wider than 4 h and not wider than 8 h, that lie about half of that away
+        from the boundary, (k, 2) [m].
+    """
+    from contactfem.nearest import NearestFacets  # scipy, not before a mesh is adapted
+
+    width = _width(field.sizes)
+    square = np.unique(np.column_stack([width, field.points // width[:, None]]), axis=0)
+    width, centre = square[:, 0], (square[:, 1:] + 0.5) * square[:, :1]
+    fits = field.covers(centre)
+    fits[fits] = _width(field.at(centre[fits])) == width[fits]
+    if not np.any(fits):
+        return np.empty((0, 2))
+    facets = np.concatenate([np.column_stack([k, np.roll(k, -1)]) for k in division.loops])
+    away = NearestFacets(division.nodes, facets).closest(centre[fits])[2]
+    return np.asarray(centre[fits][away > AWAY * width[fits]])
+
+
+def _width(sizes: Floats) -> Floats:
+    """The power of two between 4 h and 8 h."""
+    return np.asarray(2.0 ** np.floor(np.log2(8.0 * sizes)))
 
 
 def _filled(division: Division, field: SizeField) -> tuple[Floats, Ints]:

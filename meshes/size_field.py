@@ -13,6 +13,8 @@ from contactfem.errors import MeshError
 from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from contactfem.nearest import NearestFacets
 
 EQUILATERAL = np.sqrt(3.0) / 4.0  # area of a triangle of side 1
@@ -49,6 +51,12 @@ class SizeField:
             edge, part, _ = search.closest(x[outside])
             sizes[outside] = np.sum(part * self.sizes[edges[edge]], axis=1)
         return sizes
+
+    def covers(self, x: Floats) -> NDArray[np.bool_]:
+        """Which points (k, 2) [m] lie in a triangle of the old mesh."""
+        found = np.zeros(len(x), bool)
+        found[self._inside(x)[0]] = True
+        return found
 
     def number_of_cells(self) -> float:
         """Equilateral triangles that fill the old mesh at these sizes, ∫ 4 / (√3 h²) dA.
