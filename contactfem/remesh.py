@@ -22,6 +22,7 @@ from contactfem.laws import Trial
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.size_field import size_field
+from contactfem.projection import Projection
 from contactfem.ringing import Increments
 from contactfem.state import State, initial_state
 from contactfem.surfaces import Floats
@@ -89,10 +90,10 @@ def _mesh(case: Case, name: str, data: MeshData | None, sizes: Floats) -> MeshDa
 def carried(old: Discretisation, new: Discretisation, state: State, ramp_end: float) -> State:
     """The state of a run on new meshes; collective. The bodies of both are set to it.
 
-    Displacements, temperatures and slip are interpolated at the nodes. Contact starts from the
-    status of the nearest old node and from the new operators at the present positions; forces
-    follow with the next equilibrium. A body's heat is kept: its interpolated temperatures are
-    scaled. At time zero the initial state is taken anew instead.
+    Displacements and slip are interpolated at the nodes, temperatures projected, and scaled so that
+    a body's heat is kept. Contact starts from the status of the nearest old node and from the new
+    operators at the present positions; forces follow with the next equilibrium. At time zero the
+    initial state is taken anew instead.
 
     Args:
         old: The present meshes.
@@ -153,7 +154,7 @@ def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None
         if a is b:
             continue
         move = VolumeTransfer(comm, a.mesh, b.mesh, a.name)
-        theta[k] = _carry_heat(comm, move, a, b, theta[k])
+        theta[k] = _carry_heat(comm, a, b, theta[k])
         rate[k : k + 1] = [_interpolated(comm, move, a, b, values) for values in rate[k : k + 1]]
     thermal.system.set_held(state.t, theta)
     for link, values in zip(thermal.links if thermal.moving else (), theta, strict=False):
@@ -207,10 +208,9 @@ def _nearest(transfer: SurfaceTransfer, start: Trial | None) -> Trial | None:
     return Trial(start.status[at], start.direction[at])
 
 
-def _carry_heat(
-    comm: MPI.Comm, move: VolumeTransfer, old: HeatBody, new: HeatBody, theta: Floats
-) -> Floats:
-    """Interpolate temperatures, and keep the heat that they hold."""
+def _carry_heat(comm: MPI.Comm, old: HeatBody, new: HeatBody, theta: Floats) -> Floats:
+    """Project temperatures, and keep the heat that they hold to round-off."""
+    move = Projection(comm, old.mesh, new.mesh, old.name)
     result = _interpolated(comm, move, old, new, theta)
     before, after = (
         comm.allreduce(float(body.stored(values).sum()))
@@ -223,7 +223,7 @@ def _carry_heat(
 
 
 def _interpolated(
-    comm: MPI.Comm, move: VolumeTransfer, old: HeatBody, new: HeatBody, values: Floats
+    comm: MPI.Comm, move: VolumeTransfer | Projection, old: HeatBody, new: HeatBody, values: Floats
 ) -> Floats:
     result = np.zeros(new.n_dofs)
     replicated = VertexValues(comm, old.mesh, old.V).replicate(values)

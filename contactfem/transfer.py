@@ -106,18 +106,12 @@ class VolumeTransfer:
             MeshError: a vertex lies farther outside of the source mesh than half a cell, the
                 larger of those around it and the nearest one of the source.
         """
-        given, wanted = (_everywhere(comm, body.data) for body in (source, target))
+        given, wanted = (everywhere(comm, body.data) for body in (source, target))
         if _equal(given.points, given.cells, wanted.points, wanted.cells):
             self.matrix, self.farthest = _identity(len(given.points)), 0.0
             return
         inward, size = surroundings(wanted.points, wanted.cells)
-        first, last = (len(inward) * (comm.rank + k) // comm.size for k in (0, 1))
-        mine = Location(given).places(wanted.points[first:last], inward[first:last])
-        parts = comm.allgather((mine.cells, mine.weights, mine.distance))
-        cells, weights, distance = (np.concatenate(part) for part in zip(*parts, strict=True))
-        larger = np.maximum(size, cell_sizes(given.points, given.cells)[cells])
-        _check_near(name, wanted.points, distance, larger)
-        self.matrix = block_rows(weights[:, None], given.cells[cells], len(given.points))
+        self.matrix, distance = located(comm, given, wanted.points, inward, size, name)
         self.farthest = float(distance.max())
 
     def __call__(self, values: Floats) -> Floats:
@@ -130,6 +124,34 @@ class VolumeTransfer:
             (n_target, c) or (n_target,).
         """
         return np.asarray(self.matrix @ values)
+
+
+def located(
+    comm: MPI.Comm, given: MeshData, points: Floats, inward: Floats, size: Floats, name: str
+) -> tuple[sp.csr_matrix, Floats]:
+    """Interpolation of a mesh at points; collective, and the ranks share the search.
+
+    Args:
+        comm: communicator.
+        given: the mesh, on all ranks.
+        points: where its field is wanted [m], (n, dim).
+        inward: points on their side of a slit [m], (n, dim).
+        size: lengths of which half is the largest distance allowed [m], (n,).
+        name: the body's name, for errors.
+
+    Returns:
+        The matrix (n, n_given), and how far the points lie outside [m], (n,).
+
+    Raises:
+        MeshError: a point lies too far outside.
+    """
+    first, last = (len(points) * (comm.rank + k) // comm.size for k in (0, 1))
+    mine = Location(given).places(points[first:last], inward[first:last])
+    parts = comm.allgather((mine.cells, mine.weights, mine.distance))
+    cells, weights, distance = (np.concatenate(part) for part in zip(*parts, strict=True))
+    larger = np.maximum(size, cell_sizes(given.points, given.cells)[cells])
+    _check_near(name, points, distance, larger)
+    return block_rows(weights[:, None], given.cells[cells], len(given.points)), distance
 
 
 class SurfaceTransfer:
@@ -246,7 +268,7 @@ def conserving(values: Floats, weights: Floats, total: float) -> tuple[Floats, f
     return values * (total / raw), (raw - total) / max(abs(raw), abs(total))
 
 
-def _everywhere(comm: MPI.Comm, data: MeshData | None) -> MeshData:
+def everywhere(comm: MPI.Comm, data: MeshData | None) -> MeshData:
     """Points and cells of the first rank's mesh, on all ranks."""
     bare: MeshData = comm.bcast(None if data is None else replace(data, groups={}))
     return bare

@@ -32,7 +32,7 @@ PLAIN = """
     sizes adaptivity mesh_choice
 """  # these work without MPI, PETSc and dolfinx
 PARALLEL = """
-    compat petsc_options jit_cache meshing blocks sparse transfer mesh_view boundary_data
+    compat petsc_options jit_cache meshing blocks sparse transfer projection mesh_view boundary_data
     body_recovery surfaces directions crosspoints segments mortar motion
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
