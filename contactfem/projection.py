@@ -1,6 +1,7 @@
 """Nodal values on the triangles of another mesh of a body, with their integrals kept locally."""
 
 import numpy as np
+import scipy.sparse as sp
 
 from mpi4py import MPI
 
@@ -32,36 +33,38 @@ class Projection:
     def __init__(self, comm: MPI.Comm, source: BodyMesh, target: BodyMesh, name: str) -> None:
         self._vertices = VolumeTransfer(comm, source, target, name)
         given, wanted = (everywhere(comm, body.data) for body in (source, target))
-        self._edges, self._of_cell = _edges(wanted)
+        self._edges, of_cell = _edges(wanted)
         inward, size = surroundings(wanted.points, wanted.cells)
         middle, inward, size = (
             0.5 * (part[self._edges[:, 0]] + part[self._edges[:, 1]])
             for part in (wanted.points, inward, size)
         )
         self._middles, _ = located(comm, given, middle, inward, size, name)
-        a, b, c = wanted.points[wanted.cells].transpose(1, 2, 0)
-        self._area = 0.5 * np.abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
-        self._cells = wanted.cells
+        self._spread = _spread(wanted, of_cell)
 
     def __call__(self, values: Floats) -> Floats:
         """Values at the target's vertices.
 
         Args:
-            values: at the source's vertices, (n_source,).
+            values: at the source's vertices, (n_source, c) or (n_source,).
 
         Returns:
-            (n_target,).
+            (n_target, c) or (n_target,).
         """
         found = self._vertices(values)
         defect = self._middles @ values - found[self._edges].mean(axis=1)
-        n = len(found)
-        excess, area = np.zeros(n), np.zeros(n)
-        for k in range(3):  # edge k of a cell goes from its vertex k to the next one
-            share = self._area / 6.0 * defect[self._of_cell[:, k]]
-            for end in (self._cells[:, k], self._cells[:, (k + 1) % 3]):
-                excess += np.bincount(end, share, n)
-            area += np.bincount(self._cells[:, k], self._area / 3.0, n)
-        return np.asarray(found + excess / area)
+        return np.asarray(found + self._spread @ defect)
+
+
+def _spread(mesh: MeshData, of_cell: Ints) -> sp.csr_matrix:
+    """From defects in the middles of edges to corrections at vertices, by parts of areas."""
+    a, b, c = mesh.points[mesh.cells].transpose(1, 2, 0)
+    area = 0.5 * np.abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
+    lumped = np.bincount(mesh.cells.ravel(), np.repeat(area / 3.0, 3), len(mesh.points))
+    ends = mesh.cells[:, [0, 1, 1, 2, 2, 0]]  # of edge k, from vertex k of a cell to the next one
+    share = np.repeat(area / 6.0, 6) / lumped[ends.ravel()]
+    places = (ends.ravel(), np.repeat(of_cell, 2, axis=1).ravel())
+    return sp.coo_matrix((share, places), (len(mesh.points), of_cell.max() + 1)).tocsr()
 
 
 def _edges(mesh: MeshData) -> tuple[Ints, Ints]:
