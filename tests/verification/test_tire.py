@@ -86,8 +86,7 @@ def test_traction_is_at_its_limit_where_the_tread_slides(run, t):
 def test_plateau(run):
     """Upwards the tread carries what is put on it, to the tolerance of Newton's method.
 
-    The horizontal force exceeds its share: the front of the contact is inclined, on these meshes by
-    a degree.
+    The horizontal force is its share to within the inclination of the ground under the tread.
     """
     result, _, _ = run
     steps = sliding(result)
@@ -96,7 +95,7 @@ def test_plateau(run):
         horizontal, vertical = step.forces["patch"]
         assert vertical == pytest.approx(-26.4e3, rel=1e-8)  # p_i over the opening, and 2 F_v
         tilt = math.atan2(horizontal, -vertical) - math.atan(FRICTION)
-        assert 0.0 <= tilt < math.radians(1.5)
+        assert abs(tilt) < math.radians(0.02)
 
 
 def test_all_work_of_friction_becomes_heat(run):
@@ -113,7 +112,8 @@ def test_heating_starts_with_sliding(run):
     before = [s.heat.temperature_max for s in result.steps if s.t < first]
     assert max(before) < 0.01 * numbers["hottest"]
     after = [s.heat.temperature_max for s in sliding(result)]
-    assert all(a < b for a, b in pairwise(after))
+    assert max(after) == after[-1]
+    assert all(b > a - 0.005 * after[-1] for a, b in pairwise(after))  # a short step may lose a little
 
 
 def test_the_hottest_place_is_on_the_tire(run):
@@ -121,7 +121,7 @@ def test_the_hottest_place_is_on_the_tire(run):
     _, folder, _ = run
     node = nodes(folder, 0.075)
     side = {key: np.nanmax(node[key]) for key in ("temperature", "mortar_temperature")}
-    assert side["temperature"] > 2.0 * side["mortar_temperature"] > 0.0
+    assert side["temperature"] > 1.3 * side["mortar_temperature"] > 0.0
 
 
 def test_it_springs_back(run):
@@ -168,19 +168,18 @@ def test_ranks_agree():
 
 
 # Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the
-# numbers move by 5.0 % (pressure), 6.0 % (width), 0.06 mm (front), 0.14 % (friction), 2.7 %
-# (temperature), 0.15 % (work), 0 and 1 (new meshes). The bounds are twice that or less, and at
-# least one new mesh. On two ranks all agree to 1e-10 until heat needs new meshes, and to 1e-4 in
-# temperature when it slides.
+# numbers move by 8.1 % (pressure, of single nodes), 3e-5 (width), 3 um (front), 7e-6 (friction),
+# 7.6 % (temperature, of single nodes), 5e-5 (work), 0 and 1 (new meshes). The bounds are twice that,
+# a facet of 1 mm for the ends of the contact, and at least one new mesh.
 REGRESSION = {
-    "pressure": (2.726e6, 0.10 * 2.726e6),
-    "width": (47.1e-3, 0.12 * 47.1e-3),
-    "front": (90.77e-3, 0.2e-3),
-    "friction": (10827.0, 0.003 * 10827.0),
-    "hottest": (188.0, 0.055 * 188.0),
-    "work": (390.35, 0.003 * 390.35),
-    "stress_remeshes": (5, 1),
-    "heat_remeshes": (38, 3),
+    "pressure": (0.9664e6, 0.16 * 0.9664e6),
+    "width": (53.35e-3, 1.0e-3),
+    "front": (97.86e-3, 1.0e-3),
+    "friction": (10560.7, 5e-4 * 10560.7),
+    "hottest": (67.0, 0.15 * 67.0),
+    "work": (460.08, 5e-4 * 460.08),
+    "stress_remeshes": (4, 1),
+    "heat_remeshes": (21, 3),
 }
 
 
