@@ -6,9 +6,9 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.location import surroundings
-from contactfem.meshes.data import MeshData
+from contactfem.meshes.data import Floats, Ints, MeshData
 from contactfem.meshing import BodyMesh
-from contactfem.transfer import Floats, Ints, VolumeTransfer, everywhere, located
+from contactfem.transfer import VolumeTransfer, everywhere, located
 
 
 class Projection:

@@ -113,7 +113,8 @@ def test_heating_starts_with_sliding(run):
     assert max(before) < 0.01 * numbers["hottest"]
     after = [s.heat.temperature_max for s in sliding(result)]
     assert max(after) == after[-1]
-    assert all(b > a - 0.005 * after[-1] for a, b in pairwise(after))  # a short step may lose a little
+    little = 0.005 * after[-1]  # a short step may lose this
+    assert all(b > a - little for a, b in pairwise(after))
 
 
 def test_the_hottest_place_is_on_the_tire(run):
@@ -169,8 +170,8 @@ def test_ranks_agree():
 
 # Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the
 # numbers move by 8.1 % (pressure, of single nodes), 3e-5 (width), 3 um (front), 7e-6 (friction),
-# 7.6 % (temperature, of single nodes), 5e-5 (work), 0 and 1 (new meshes). The bounds are twice that,
-# a facet of 1 mm for the ends of the contact, and at least one new mesh.
+# 7.6 % (temperature, of single nodes), 5e-5 (work), 0 and 1 (new meshes). The bounds are twice
+# that, a facet of 1 mm for the ends of the contact, and at least one new mesh.
 REGRESSION = {
     "pressure": (0.9664e6, 0.16 * 0.9664e6),
     "width": (53.35e-3, 1.0e-3),
