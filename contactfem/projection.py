@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.location import surroundings
-from contactfem.meshes.data import Floats, Ints, MeshData
+from contactfem.meshes.data import Floats, Ints, MeshData, jacobians
 from contactfem.meshing import BodyMesh
 from contactfem.transfer import VolumeTransfer, everywhere, located
 
@@ -20,6 +20,9 @@ class Projection:
     integrands, ∫ N_j (θ - θ_h) = Σ_K A_K/6 Σ_e d_e over the cells K and their edges e at j; with
     the lumped area Σ_K A_K/3 it is the first step of the L² projection.
 
+    Attributes:
+        vertices: The interpolation (29)-(31).
+
     Args:
         comm: communicator.
         source: mesh that has the values.
@@ -31,7 +34,7 @@ class Projection:
     """
 
     def __init__(self, comm: MPI.Comm, source: BodyMesh, target: BodyMesh, name: str) -> None:
-        self._vertices = VolumeTransfer(comm, source, target, name)
+        self.vertices = VolumeTransfer(comm, source, target, name)
         given, wanted = (everywhere(comm, body.data) for body in (source, target))
         self._edges, of_cell = _edges(wanted)
         inward, size = surroundings(wanted.points, wanted.cells)
@@ -51,15 +54,14 @@ class Projection:
         Returns:
             (n_target, c) or (n_target,).
         """
-        found = self._vertices(values)
+        found = self.vertices(values)
         defect = self._middles @ values - found[self._edges].mean(axis=1)
         return np.asarray(found + self._spread @ defect)
 
 
 def _spread(mesh: MeshData, of_cell: Ints) -> sp.csr_matrix:
     """From defects in the middles of edges to corrections at vertices, by parts of areas."""
-    a, b, c = mesh.points[mesh.cells].transpose(1, 2, 0)
-    area = 0.5 * np.abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
+    area = 0.5 * np.abs(jacobians(mesh.points, mesh.cells, "triangle")[:, 0])
     lumped = np.bincount(mesh.cells.ravel(), np.repeat(area / 3.0, 3), len(mesh.points))
     ends = mesh.cells[:, [0, 1, 1, 2, 2, 0]]  # of edge k, from vertex k of a cell to the next one
     share = np.repeat(area / 6.0, 6) / lumped[ends.ravel()]

@@ -153,9 +153,10 @@ def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None
     for k, (a, b) in enumerate(zip(old.bodies, thermal.bodies, strict=True)):
         if a is b:
             continue
-        move = VolumeTransfer(comm, a.mesh, b.mesh, a.name)
-        theta[k] = _carry_heat(comm, a, b, theta[k])
-        rate[k : k + 1] = [_interpolated(comm, move, a, b, values) for values in rate[k : k + 1]]
+        move = Projection(comm, a.mesh, b.mesh, a.name)
+        theta[k] = _carry_heat(comm, move, a, b, theta[k])
+        if rate:
+            rate[k] = _moved(comm, move.vertices, a, b, rate[k])
     thermal.system.set_held(state.t, theta)
     for link, values in zip(thermal.links if thermal.moving else (), theta, strict=False):
         link.deform()
@@ -208,10 +209,11 @@ def _nearest(transfer: SurfaceTransfer, start: Trial | None) -> Trial | None:
     return Trial(start.status[at], start.direction[at])
 
 
-def _carry_heat(comm: MPI.Comm, old: HeatBody, new: HeatBody, theta: Floats) -> Floats:
+def _carry_heat(
+    comm: MPI.Comm, move: Projection, old: HeatBody, new: HeatBody, theta: Floats
+) -> Floats:
     """Project temperatures, and keep the heat that they hold to round-off."""
-    move = Projection(comm, old.mesh, new.mesh, old.name)
-    result = _interpolated(comm, move, old, new, theta)
+    result = _moved(comm, move, old, new, theta)
     before, after = (
         comm.allreduce(float(body.stored(values).sum()))
         for body, values in ((old, theta), (new, result))
@@ -222,7 +224,7 @@ def _carry_heat(comm: MPI.Comm, old: HeatBody, new: HeatBody, theta: Floats) -> 
     return result + (before - after) / capacity if capacity > 0.0 else result
 
 
-def _interpolated(
+def _moved(
     comm: MPI.Comm, move: VolumeTransfer | Projection, old: HeatBody, new: HeatBody, values: Floats
 ) -> Floats:
     result = np.zeros(new.n_dofs)
