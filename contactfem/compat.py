@@ -13,6 +13,9 @@ from dolfinx.cpp.fem import pack_coefficients, pack_constants
 from dolfinx.cpp.fem.petsc import assemble_matrix as _assemble_matrix
 from dolfinx.mesh import GhostMode, Mesh, create_cell_partitioner
 from dolfinx.mesh import create_mesh as _create_mesh
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.algorithms.transformer import strip_variables
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -93,7 +96,8 @@ class CellExpression:
     ) -> None:
         midpoint = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
         self._points = midpoint if points is None else points
-        self._mesh, self._compiled = mesh, fem.Expression(expression, self._points)
+        self._mesh = mesh
+        self._compiled = fem.Expression(_without_variables(expression), self._points)
         self._components = int(np.prod(expression.ufl_shape))
 
     def values(self) -> npt.NDArray[np.float64]:
@@ -103,6 +107,15 @@ class CellExpression:
         found = self._compiled.eval(self._mesh, np.arange(n, dtype=np.int32))
         # also on a rank without cells
         return np.asarray(found).reshape(n, len(self._points), self._components)
+
+
+def _without_variables(expression: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+    """The same with derivatives taken: what is left of ufl.variable has a number of its own.
+
+    ffcx puts that number into the name of what it compiles (for forms it does not), so that equal
+    expressions would be compiled anew for every mesh.
+    """
+    return strip_variables(apply_derivatives(apply_algebra_lowering(expression)))
 
 
 @cache

@@ -37,6 +37,7 @@ def broken_heat(case: Case) -> Iterator[str]:
     if case.heat.scheme == "steady":
         yield from _loose(case)
     yield from _functions(case)
+    yield from _probes(case)
 
 
 def _without(case: Case) -> Iterator[str]:
@@ -65,6 +66,13 @@ def _interfaces(case: Case) -> Iterator[str]:
         key = f"interfaces.{name}.heat"
         if not case.mechanics and sides.heat.law == "pressure" and sides.heat.pressure is None:
             yield f"{key}: without mechanics law = 'pressure' needs a pressure"
+
+
+def _probes(case: Case) -> Iterator[str]:
+    """What only bodies that move have."""
+    for name, probe in case.probes.items():
+        if not case.mechanics and probe.value != "temperature":
+            yield f"probes.{name}.value = {probe.value}: bodies do not move (mechanics = false)"
 
 
 def _loose(case: Case) -> Iterator[str]:

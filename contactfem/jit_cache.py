@@ -73,31 +73,15 @@ def _lease(folder: Path, patience: float) -> IO[bytes]:
     lease = (folder / LEASE).open("ab")
     try:
         fcntl.flock(lease, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        while min(begun(folder).values(), default=patience) < patience:  # somebody else's, perhaps
+        while clear(folder, patience):  # somebody else's, perhaps
             time.sleep(0.2)
-        clear(folder, patience)
     except BlockingIOError:
         clear(folder, LONG_AGO)
     fcntl.flock(lease, fcntl.LOCK_SH)
     return lease
 
 
-def begun(folder: Path) -> dict[Path, float]:
-    """Compilations that have begun and not ended, and how long ago [s].
-
-    Args:
-        folder: The cache.
-    """
-    now, found = time.time(), {}
-    names = _names(folder)
-    for name in names:
-        if name.endswith(".c") and name + READY not in names:
-            with suppress(FileNotFoundError):
-                found[folder / name] = abs(now - (folder / name).stat().st_mtime)
-    return found
-
-
-def clear(folder: Path, age: float) -> None:
+def clear(folder: Path, age: float) -> list[Path]:
     """Remove the marks of compilations that do not end.
 
     If one ends all the same, its mark is put back by the next call: without it dolfinx would
@@ -106,14 +90,22 @@ def clear(folder: Path, age: float) -> None:
     Args:
         folder: The cache.
         age: How long ago they have begun, at least [s].
+
+    Returns:
+        Marks of younger ones that have not ended.
     """
-    for source, seconds in begun(folder).items():
-        if seconds >= age:
-            source.unlink(missing_ok=True)
-    names = _names(folder)
+    names, now, left = _names(folder), time.time(), []
     for name in names:
-        if name.endswith(READY) and (begun_as := name.removesuffix(READY)) not in names:
-            (folder / begun_as).touch()
+        path = folder / name
+        if name.endswith(".c") and name + READY not in names:
+            with suppress(FileNotFoundError):
+                if abs(now - path.stat().st_mtime) < age:
+                    left.append(path)
+                else:
+                    path.unlink()
+        elif name.endswith(READY) and name.removesuffix(READY) not in names:
+            (folder / name.removesuffix(READY)).touch()
+    return left
 
 
 def _names(folder: Path) -> set[str]:

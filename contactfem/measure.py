@@ -96,7 +96,7 @@ def measurable(case: Case) -> dict[str, str]:
     for interface in case.interfaces:
         units = INTERFACE_UNITS | (CLOSED_FORM_UNITS if interface in case.closed_form else {})
         names |= {f"{interface}.{key}": unit for key, unit in units.items()}
-    for body in case.bodies:
+    for body in case.bodies if case.mechanics else ():
         for end in ("min", "max"):
             names |= {f"{body}.{key}.{end}": unit for key, unit in BODY_UNITS.items()}
     for name, probe in case.probes.items():

@@ -31,7 +31,7 @@ def outcome(
         The result; pictures and probes on the first rank only.
     """
     with timers.book("output"):
-        pictures = body_pictures(discretisation)
+        pictures = body_pictures(discretisation) if case.mechanics else []
         heat = heat_pictures(discretisation, state)
         probes = probe_values(case, pictures, heat)
         tables = interface_tables(discretisation, state)

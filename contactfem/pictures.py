@@ -93,7 +93,7 @@ def _view(result: RunResult, shown: Shown) -> _View:
         pad = 0.01 * largest or 1.0
         low, high = low - pad, high + pad
     length = scale_for(float(np.ptp(points, axis=0).max()), "m")
-    moved = magnification(result) if result.interfaces or result.bodies else 1.0
+    moved = magnification(result) if result.bodies else 1.0  # without mechanics none moves
     return _View(moved, length, scale_for(largest, shown.unit), low, high, colours)
 
 
@@ -169,17 +169,17 @@ def _paint(axes: Axes, result: RunResult, shown: Shown, view: _View) -> ScalarMa
     return images[0]
 
 
-def _close_up(result: RunResult, view: _View) -> tuple[FloatArray, float] | None:
+def _close_up(result: RunResult, shown: Shown, view: _View) -> tuple[FloatArray, float] | None:
     """Return middle and half-width of the first small contact, in the unit that is shown."""
-    points = np.concatenate([_positions(body, view) for body in result.bodies])
+    points = np.concatenate([_positions(body, view) for body in shown.bodies])
     size = float(np.ptp(points, axis=0).max())
     for table in result.interfaces:
         ends = zone(table, ACTIVE)
         if ends is None:
             continue
         moved = table.X + view.magnification * (table.x - table.X)
-        shown: FloatArray = np.divide(moved, view.length.factor)
-        x = np.array([[value_at(shown[:, i], end) for i in (0, 1)] for end in ends])
+        scaled: FloatArray = np.divide(moved, view.length.factor)
+        x = np.array([[value_at(scaled[:, i], end) for i in (0, 1)] for end in ends])
         half = 1.1 * float(np.linalg.norm(x[1] - x[0]))
         if 0.0 < half < CLOSE_UP * size:
             inner = 0.95 * half  # keeps the picture from showing much of nothing
@@ -239,7 +239,7 @@ def draw_heat_flux(result: RunResult, path: Path) -> Path:
 
 def _draw(result: RunResult, shown: Shown, path: Path) -> Path:
     view = _view(result, shown)
-    close = _close_up(result, view)
+    close = _close_up(result, shown, view)
     points = np.concatenate([_positions(body, view) for body in shown.bodies])
     wide, tall = np.ptp(points, axis=0)
     scale = min(PANEL[0] / wide, PANEL[1] / tall)

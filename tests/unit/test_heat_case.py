@@ -7,6 +7,7 @@ import pytest
 
 from contactfem.case import read_case
 from contactfem.errors import CaseError
+from contactfem.measure import measurable
 from contactfem.tables import constant
 
 BARS = Path(__file__).parents[2] / "cases" / "two_bars.toml"
@@ -79,6 +80,18 @@ def test_heat_alone_needs_a_pressure():
         read_case(BARS, ["mechanics=false", "heat=false"])
     case = read_case(BARS, ["mechanics=false", 'interfaces.contact.heat.pressure="4 MPa"'])
     assert case.interfaces["contact"].heat.pressure == constant(4e6)
+
+
+def test_bodies_that_do_not_move_have_no_stress_to_probe():
+    """Nor is it asked for as an expectation."""
+    probe = "probes.middle={on='hot', at=['0 m', '12 mm'], value='%s'}"
+    still = ["mechanics=false", 'interfaces.contact.heat.pressure="4 MPa"', "expect={}"]
+    with pytest.raises(CaseError, match=r"probes.middle.value = stress.xx: bodies do not move"):
+        read_case(BARS, [*still, probe % "stress.xx"])
+    case = read_case(BARS, [*still, probe % "temperature"])
+    assert {"probe.middle", "heat.temperature_max"} <= measurable(case).keys()
+    assert "hot.stress_xx.max" not in measurable(case)
+    assert "hot.stress_xx.max" in measurable(read_case(BARS))
 
 
 def test_nothing_holds_a_steady_temperature(tmp_path):

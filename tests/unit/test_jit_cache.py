@@ -1,6 +1,7 @@
 """Compilations that a killed process has left are done again, those of others are waited for."""
 
 import fcntl
+import math
 import os
 import signal
 import subprocess
@@ -8,19 +9,22 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, jit, mesh
 
 from mpi4py import MPI
 
-from contactfem.jit_cache import LEASE, begun, clear, compiling
+from contactfem.compat import CellExpression
+from contactfem.jit_cache import LEASE, clear, compiling
 
 COMPILE = """
 import sys
 from mpi4py import MPI
 from dolfinx import fem, mesh
 import ufl
+from contactfem.compat import CellExpression
 from contactfem.jit_cache import compiling
 with compiling(MPI.COMM_WORLD):
     print("begin", flush=True)
@@ -41,8 +45,8 @@ def test_old_marks_go_and_young_ones_stay(tmp_path):
     old, young = left(tmp_path, "old", 100.0), left(tmp_path, "young", 5.0)
     ready = left(tmp_path, "ready", 1000.0)
     Path(f"{ready}.cached").touch()
-    assert begun(tmp_path).keys() == {old, young}
-    clear(tmp_path, 60.0)
+    assert set(clear(tmp_path, math.inf)) == {old, young}
+    assert clear(tmp_path, 60.0) == [young]
     assert not old.exists() and young.exists() and ready.exists()
 
 
@@ -65,7 +69,7 @@ def test_alone_it_waits_as_dolfinx_would_and_then_clears(cache):
     start = time.monotonic()
     with compiling(MPI.COMM_SELF):
         assert not source.exists()
-    assert 0.5 < time.monotonic() - start < 5.0
+    assert 0.5 < time.monotonic() - start < 60.0
 
 
 def test_beside_another_run_what_it_may_be_compiling_stays(cache):
@@ -91,19 +95,19 @@ def test_a_process_killed_while_it_compiles(tmp_path):
     process = subprocess.Popen([sys.executable, "-c", COMPILE], **options)
     folder = tmp_path / "fenics"
     deadline = time.monotonic() + 60
-    while not begun(folder):
+    while not clear(folder, math.inf):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.001)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    (source,) = begun(folder)
+    (source,) = clear(folder, math.inf)
     os.utime(source, (time.time() - 20, time.time() - 20))
     again = subprocess.run(
         [sys.executable, "-c", COMPILE], capture_output=True, text=True, env=environment, timeout=60
     )
     assert again.returncode == 0, again.stderr
     assert again.stdout == "begin\nend\n"
-    assert begun(folder) == {}
+    assert clear(folder, math.inf) == []
 
 
 def test_a_form_of_another_mesh_is_not_looked_up_again(monkeypatch):
@@ -129,3 +133,23 @@ def integral(n: int, power: int) -> float:
     domain = mesh.create_unit_interval(MPI.COMM_SELF, n)
     x = ufl.SpatialCoordinate(domain)[0]
     return fem.assemble_scalar(fem.form(fem.Constant(domain, 1.0) * x**power * ufl.dx))
+
+
+def test_equal_expressions_of_two_meshes_have_one_name(monkeypatch):
+    """ffcx numbers variables through the process: stresses were compiled anew for every mesh."""
+    names = []
+
+    def compiler(comm, form, *args, **options):
+        found = original(comm, form, *args, **options)
+        if isinstance(form, tuple):
+            names.append(found[1].__name__)
+        return found
+
+    original = jit.ffcx_jit
+    monkeypatch.setattr(jit, "ffcx_jit", compiler)
+    for n in (3, 4):
+        domain = mesh.create_unit_square(MPI.COMM_SELF, n, n)
+        x = ufl.variable(ufl.SpatialCoordinate(domain)[0])
+        value = CellExpression(domain, ufl.diff(x**2, x)).values()
+        assert np.allclose(value.mean(), 1.0)
+    assert len(names) == 2 and names[0] == names[1]
