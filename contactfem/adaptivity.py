@@ -193,18 +193,19 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> AcceptStep | RepeatSt
     if older is not None and older.eta > newer.eta:
         helpless = older.dt <= shortest and newer.eta > policy.tolerance  # but the newer may help
         wrong, back = (newer, 1) if helpless else (older, 2)
-    change = _change(wrong.eta, policy)
     found = f"an error of {_percent(wrong.eta)} against {_percent(policy.tolerance)}"
     if wrong.eta <= policy.tolerance:
-        if change > 1.0 and (report.repeats or change < policy.least_growth):
-            change = 1.0
-        dt = min(max(change * newer.dt, policy.smallest), policy.largest)
+        # each by its own length: one of them may have been cut to end at a given time
+        dt = min(_wanted(step, policy) for step in (newer, older) if step is not None)
+        if newer.dt < dt and (report.repeats or dt < policy.least_growth * newer.dt):
+            dt = newer.dt
+        dt = min(max(dt, policy.smallest), policy.largest)
         return AcceptStep(dt, True, f"{found}: the next step is {dt:.3g} s")
     if wrong.dt <= shortest:
         return AcceptStep(newer.dt, False, f"{found} with the smallest step")
     if report.repeats >= policy.most_repeats:
         return AcceptStep(newer.dt, False, f"{found} after {report.repeats} repetitions")
-    dt = max(change * wrong.dt, policy.smallest)
+    dt = max(_wanted(wrong, policy), policy.smallest)
     return RepeatStep(dt, back, f"{found}: back by {back} and on with {dt:.3g} s")
 
 
@@ -225,13 +226,13 @@ def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     return Remesh(f"{found}: {report.cells} to about {report.predicted_cells:.0f} cells")
 
 
-def _change(eta: float, policy: StepPolicy) -> float:
-    """Factor to the step, within the limits of one decision."""
-    wanted, found = policy.safety * error_ratio(policy.tolerance), error_ratio(eta)
+def _wanted(step: TimedStep, policy: StepPolicy) -> float:
+    """The length that a step should have had [s], within the limits of one decision."""
+    wanted, found = policy.safety * error_ratio(policy.tolerance), error_ratio(step.eta)
     if found == 0.0:
-        return policy.growth
+        return policy.growth * step.dt
     change = math.pow(wanted / found, 1.0 / policy.order)
-    return min(max(change, policy.cut), policy.growth)
+    return min(max(change, policy.cut), policy.growth) * step.dt
 
 
 def _percent(value: float) -> str:

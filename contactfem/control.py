@@ -73,7 +73,10 @@ def after_success(dt: float, iterations: Sequence[int], limits: StepLimits) -> f
 
 
 def clipped(t: float, dt: float, stops: Sequence[float]) -> float:
-    """A step that ends at the next stop if it would pass it or nearly reach it.
+    """A step that ends at the next stop if it would pass it, and halves what two would pass.
+
+    A short last step has the error of a short step, but that of the recovery over it and the long
+    one before.
 
     Args:
         t: Start of the step [s].
@@ -85,5 +88,8 @@ def clipped(t: float, dt: float, stops: Sequence[float]) -> float:
     """
     for stop in stops:
         if stop > t + 1e-9 * dt:
-            return stop - t if stop - t <= dt * (1.0 + 1e-9) else dt
+            left = stop - t
+            if left <= dt * (1.0 + 1e-9):
+                return left
+            return 0.5 * left if left < 2.0 * dt * (1.0 - 1e-9) else dt
     return dt
