@@ -1,32 +1,46 @@
-"""Nodal values on the triangles of another mesh of a body, with their integrals kept locally."""
+"""Nodal values on another mesh of a body, with their integrals kept locally."""
+
+from math import factorial
 
 import numpy as np
 import scipy.sparse as sp
 
 from mpi4py import MPI
 
-from contactfem.location import surroundings
-from contactfem.meshes.data import Floats, Ints, MeshData, jacobians
+from contactfem.blocks import block_rows
+from contactfem.location import cell_sizes
+from contactfem.meshes.data import Floats, MeshData, jacobians
 from contactfem.meshing import BodyMesh
+from contactfem.shapes import is_simplex, shape_functions
 from contactfem.transfer import VolumeTransfer, everywhere, located
+
+REFERENCE = {  # corners of the reference cells
+    "triangle": [(0, 0), (1, 0), (0, 1)],
+    "quadrilateral": [(0, 0), (1, 0), (0, 1), (1, 1)],
+    "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    "hexahedron": [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)],
+}
 
 
 class Projection:
-    """Interpolation, corrected by what the field has between the new vertices.
+    """Interpolation, corrected by what the field has between the target's vertices.
 
-    A linear interpolant of a field that is bent lies on one side of it: where meshes are replaced
-    at every step, a layer of heat would grow thicker by that alone. The defect d of the
-    interpolant in the middles of the edges gives, by the rule that is exact for quadratic
-    integrands, ∫ N_j (θ - θ_h) = Σ_K A_K/6 Σ_e d_e over the cells K and their edges e at j; with
-    the lumped area Σ_K A_K/3 it is the first step of the L² projection.
+    A linear interpolant of a bent field lies on one side of it: where meshes are replaced at every
+    step, a layer of heat would grow thicker by that alone, and a layer that is thin against the
+    target's cells would act as if it were as thick as they are. The defect θ - θ_h of the
+    interpolant θ_h, sampled in the source's cells, is given to the target's vertices,
+    θ_J + ∫ N_J (θ - θ_h) dX / ∫ N_J dX, which is the first step of the L² projection.
+
+    Conserved are linear fields, to round-off, and ∫ θ dX but for the samples; not bounds.
 
     Attributes:
         vertices: The interpolation (29)-(31).
+        matrix: (n_target, n_source).
 
     Args:
         comm: communicator.
         source: mesh that has the values.
-        target: mesh of the same body that gets them, of triangles.
+        target: mesh of the same body that gets them.
         name: the body's name, for errors.
 
     Raises:
@@ -35,15 +49,20 @@ class Projection:
 
     def __init__(self, comm: MPI.Comm, source: BodyMesh, target: BodyMesh, name: str) -> None:
         self.vertices = VolumeTransfer(comm, source, target, name)
+        self.matrix = self.vertices.matrix
+        if self.vertices.is_identity:
+            return
         given, wanted = (everywhere(comm, body.data) for body in (source, target))
-        self._edges, of_cell = _edges(wanted)
-        inward, size = surroundings(wanted.points, wanted.cells)
-        middle, inward, size = (
-            0.5 * (part[self._edges[:, 0]] + part[self._edges[:, 1]])
-            for part in (wanted.points, inward, size)
-        )
-        self._middles, _ = located(comm, given, middle, inward, size, name)
-        self._spread = _spread(wanted, of_cell)
+        at_samples, weights = _samples(given)
+        points = at_samples @ given.points
+        inward = np.repeat(given.points[given.cells].mean(axis=1), given.cells.shape[1], axis=0)
+        size = np.repeat(cell_sizes(given.points, given.cells), given.cells.shape[1])
+        shapes, _ = located(comm, wanted, points, inward, size, name)
+        load = (sp.diags_array(weights) @ shapes).T.tocsr()
+        lumped = np.asarray(load.sum(axis=1)).ravel()
+        share = np.divide(1.0, lumped, out=np.zeros_like(lumped), where=lumped > 0.0)
+        defect = at_samples - shapes @ self.matrix
+        self.matrix = self.matrix + sp.diags_array(share) @ load @ defect
 
     def __call__(self, values: Floats) -> Floats:
         """Values at the target's vertices.
@@ -54,24 +73,20 @@ class Projection:
         Returns:
             (n_target, c) or (n_target,).
         """
-        found = self.vertices(values)
-        defect = self._middles @ values - found[self._edges].mean(axis=1)
-        return np.asarray(found + self._spread @ defect)
+        return np.asarray(self.matrix @ values)
 
 
-def _spread(mesh: MeshData, of_cell: Ints) -> sp.csr_matrix:
-    """From defects in the middles of edges to corrections at vertices, by parts of areas."""
-    area = 0.5 * np.abs(jacobians(mesh.points, mesh.cells, "triangle")[:, 0])
-    lumped = np.bincount(mesh.cells.ravel(), np.repeat(area / 3.0, 3), len(mesh.points))
-    ends = mesh.cells[:, [0, 1, 1, 2, 2, 0]]  # of edge k, from vertex k of a cell to the next one
-    share = np.repeat(area / 6.0, 6) / lumped[ends.ravel()]
-    places = (ends.ravel(), np.repeat(of_cell, 2, axis=1).ravel())
-    return sp.coo_matrix((share, places), (len(mesh.points), of_cell.max() + 1)).tocsr()
+def _samples(mesh: MeshData) -> tuple[sp.csr_matrix, Floats]:
+    """Values at a sample between each corner of a cell and its middle, and the volumes there.
 
-
-def _edges(mesh: MeshData) -> tuple[Ints, Ints]:
-    """Edges by their vertices (k, 2), and those of each triangle (m, 3)."""
-    cells, n = mesh.cells, len(mesh.points)
-    low, high = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]], axis=2).transpose(2, 0, 1)
-    keys, number = np.unique(low.astype(np.int64) * n + high, return_inverse=True)
-    return np.column_stack(np.divmod(keys, n)), number.reshape(cells.shape)
+    On triangles they are the three points that integrate quadratic functions exactly.
+    """
+    corners = np.array(REFERENCE[mesh.cell_type], dtype=float)
+    simplex, (nv, dim) = is_simplex(mesh.cell_type), corners.shape
+    values, _ = shape_functions(mesh.cell_type, 0.5 * (corners + corners.mean(axis=0)))
+    blocks = np.broadcast_to(values.reshape(1, nv, nv), (len(mesh.cells), nv, nv))
+    volume = np.abs(jacobians(mesh.points, mesh.cells, mesh.cell_type))
+    volume = volume / factorial(dim) if simplex else volume @ values.T
+    weights = np.broadcast_to(volume / nv, (len(mesh.cells), nv))
+    at = block_rows(blocks, mesh.cells, len(mesh.points))
+    return at, weights.ravel()

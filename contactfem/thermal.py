@@ -15,6 +15,7 @@ from contactfem.heat_system import HeatSolution, HeatStepInput, HeatSystem
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import Surface
 from contactfem.meshing import dofs_at_vertices
+from contactfem.projection import Projection
 from contactfem.results import SurfaceHeat
 from contactfem.rim import rim_values
 from contactfem.surfaces import Floats
@@ -57,8 +58,8 @@ class BodyLink:
         return VolumeTransfer(self._comm, self._mechanics.mesh, self._heat.mesh, self._heat.name)
 
     @cached_property
-    def _to_mechanics(self) -> VolumeTransfer:
-        return VolumeTransfer(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
+    def _to_mechanics(self) -> Projection:
+        return Projection(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
 
     def deform(self) -> None:
         """Give the heat problem the present displacement; collective."""

@@ -85,10 +85,12 @@ class VolumeTransfer:
     Attributes:
         matrix: (n_target, n_source), with rows of the sum 1.
         farthest: Largest distance of a target vertex outside of the source mesh [m].
+        is_identity: Whether the meshes are the same.
     """
 
     matrix: sp.csr_matrix
     farthest: float
+    is_identity: bool = False
 
     def __init__(self, comm: MPI.Comm, source: BodyMesh, target: BodyMesh, name: str) -> None:
         """Build the matrix; collective, and the ranks share the search.
@@ -109,6 +111,7 @@ class VolumeTransfer:
         given, wanted = (everywhere(comm, body.data) for body in (source, target))
         if _equal(given.points, given.cells, wanted.points, wanted.cells):
             self.matrix, self.farthest = _identity(len(given.points)), 0.0
+            self.is_identity = True
             return
         inward, size = surroundings(wanted.points, wanted.cells)
         self.matrix, distance = located(comm, given, wanted.points, inward, size, name)

@@ -11,8 +11,8 @@ from contactfem.projection import Projection
 from contactfem.transfer import VolumeTransfer
 
 
-def block(comm, nx, ny):
-    builder = Block(width=1.0, height=1.0, nx=nx, ny=ny, cell="triangle")
+def block(comm, nx, ny, cell="triangle"):
+    builder = Block(width=1.0, height=1.0, nx=nx, ny=ny, cell=cell)
     return distribute(comm, builder.build() if comm.rank == 0 else None)
 
 
@@ -21,9 +21,9 @@ def data(comm, mesh):
 
 
 def integral(mesh, values):
-    """Of a linear field on triangles."""
-    a, b, c = mesh.points[mesh.cells].transpose(1, 2, 0)
-    area = 0.5 * np.abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
+    """Of a linear field on triangles or rectangles."""
+    a, b, c = mesh.points[mesh.cells[:, :3]].transpose(1, 2, 0)
+    area = (0.5 if mesh.cells.shape[1] == 3 else 1.0) * np.abs((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
     return float(area @ values[mesh.cells].mean(axis=1))
 
 
@@ -70,3 +70,26 @@ def test_a_layer_stays_as_thin_over_many_meshes():
         growth.append(second_moment(meshes[0].data, values) / before - 1.0)
     assert growth[0] > 0.1
     assert abs(growth[1]) < 0.2 * growth[0]
+
+
+@pytest.mark.parametrize("cell", ["triangle", "quadrilateral"])
+def test_a_layer_thinner_than_the_cells_has_its_content(cell):
+    """On cells ten times as large as it is thick: interpolation gives 4.8 times as much."""
+    comm = MPI.COMM_SELF
+    source, target = block(comm, 4, 160), block(comm, 4, 10, cell)
+    theta = np.exp(-(source.data.points[:, 1] / 0.01))
+    true = integral(source.data, theta)
+    values = Projection(comm, source, target, "block")(theta)
+    assert integral(target.data, values) == pytest.approx(true, rel=2e-3)
+    straight = VolumeTransfer(comm, source, target, "block")(theta)
+    assert integral(target.data, straight) > 4.8 * true
+    assert values.max() < 0.6
+
+
+def test_on_finer_cells_a_field_stays_as_it_is():
+    comm = MPI.COMM_SELF
+    source, target = block(comm, 5, 5), block(comm, 40, 40)
+    theta = np.random.default_rng(1).normal(size=len(source.data.points))
+    interpolated = VolumeTransfer(comm, source, target, "block")(theta)
+    projected = Projection(comm, source, target, "block")(theta)
+    np.testing.assert_allclose(projected, interpolated, atol=1e-12)
