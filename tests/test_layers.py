@@ -40,7 +40,7 @@ PARALLEL = """
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields body_meshes discretise diagnosis state staggered heat_record
     observed estimate remesh adapt gathering recorder
-    packing snapshot keeper first_contact outcome run
+    packing snapshot keeper first_contact loop outcome run
     suite cli_run cli_study cli
 """
 ORDER = (PLAIN + PARALLEL).split()

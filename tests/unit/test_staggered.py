@@ -17,12 +17,13 @@ from contactfem.discretise import discretise
 from contactfem.forms.energies import neo_hooke, neo_hooke_mixed
 from contactfem.heat import HeatBody, HeatLaw
 from contactfem.keeper import Keeper
+from contactfem.loop import Loop, newton_solver
 from contactfem.mechanics import BodyProblem, Law
 from contactfem.meshes.block import Block
 from contactfem.meshes.disk import Disk
 from contactfem.meshing import distribute, dofs_at_vertices
 from contactfem.recorder import Recorder
-from contactfem.run import _Loop, _solver, run_case
+from contactfem.run import run_case
 from contactfem.staggered import _Relaxation
 from contactfem.thermal import BodyLink, Thermal
 from contactfem.timers import Timers
@@ -162,10 +163,10 @@ def started():
     case = read_case(ROOT / "cases/sliding_block.toml", small, "meshes")
     timers = Timers()
     discretisation = discretise(case, SELF, timers)
-    solver = _solver(case, discretisation, timers)
+    solver = newton_solver(case, discretisation, timers)
     recorder = Recorder(case, SELF, None, discretisation, timers, "", None)
     keeper = Keeper(case, SELF, None, Origin("", case.contents, ""), timers, 0.0, bool)
-    loop = _Loop(case, discretisation, solver, recorder, keeper, timers, None)
+    loop = Loop(case, discretisation, solver, recorder, keeper, timers, None)
     assert loop.run() == ""
     return loop
 
