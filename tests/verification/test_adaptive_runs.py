@@ -8,7 +8,7 @@ from verification.watched import vertex_temperatures, watch
 
 from mpi4py import MPI
 
-from contactfem import adapt, remesh, run
+from contactfem import adapt, loop, remesh, run
 from contactfem.adaptivity import RepeatStep
 from contactfem.case import read_case
 from contactfem.newton import NewtonSolver, SolveReport
@@ -228,7 +228,7 @@ def test_repeated_steps_leave_no_trace(tmp_path):
         )
     assert back == {1, 2}
     steps = iter([step.dt for step in first.steps])
-    with patch.object(run, "clipped", lambda *_: next(steps)):
+    with patch.object(loop, "clipped", lambda *_: next(steps)):
         second = watch(
             case_of(tmp_path, SWITCHED, "adaptivity=false"),
             lambda _, state, d: fields[1].append(vertex_temperatures(d, state)[0][1]),
@@ -237,6 +237,21 @@ def test_repeated_steps_leave_no_trace(tmp_path):
     assert len(first.steps) > 20
     for a, b in zip(*fields, strict=True):
         assert np.abs(a - b).max() < 1e-9 * np.abs(a).max()
+
+
+def test_steps_before_a_kink_are_as_long_as_without_it(tmp_path):
+    """Data that change their slope at a given time say nothing of the steps before."""
+    source = '[[conditions]]\non = "plate"\nheat_source = "switch.py:source"\n'
+    text = SWITCHED.replace(source, "").replace('"switch.py:theta"', '"0 K"')
+    steps = []
+    for end in ("50 K", "100 K"):  # held from 0.5 s on, or rising as before
+        table = f'[["0 s", "0 K"], ["0.5 s", "50 K"], ["1 s", "{end}"]]'
+        kinked = text.replace('temperature = "0 K"', f"temperature = {table}")
+        result = run.run_case(case_of(tmp_path, kinked), MPI.COMM_SELF, None)
+        steps.append([step.t for step in result.steps if step.t < 0.5 * (1.0 + 1e-9)])
+        assert 0.5 in [pytest.approx(step.t) for step in result.steps]
+    assert steps[0] == steps[1]
+    assert 5 < len(steps[0]) < 60
 
 
 @pytest.mark.mpi
