@@ -202,9 +202,8 @@ def _list(schema: Schema) -> str:
 def _object(schema: Schema) -> str:
     inner = [*schema.get("patternProperties", {}).values()]
     inner += [schema["additionalProperties"]] if schema.get("additionalProperties") else []
-    if inner and inner[0] not in ({"type": "object"}, True):
-        return f"by name: {_value(inner[0])}"
-    return "table"
+    held = "table" if not inner or inner[0] is True else _value(inner[0])
+    return "table" if held == "table" else f"by name: {held}"
 
 
 def _default(schema: Schema) -> str:

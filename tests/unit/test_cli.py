@@ -262,7 +262,7 @@ sys.exit(main(["run", {path!r}]))
 
 def on_two_ranks(*arguments):
     command = ["mpirun", "-n", "2", sys.executable, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=ROOT)
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=ROOT)
 
 
 @pytest.mark.parametrize(
