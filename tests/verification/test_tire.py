@@ -170,7 +170,7 @@ def test_ranks_agree():
 
 # Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread the
 # numbers move by 2.4 % (pressure, of single nodes), 1e-5 (width), 4 um (front), 9e-5 (friction),
-# 1.7 % (temperature, of single nodes), 5e-5 (work), 0 and 1 (new meshes). The bounds are about twice
+# 1.7 % (temperature, of single nodes), 5e-5 (work), 0 and 1 (new meshes). The bounds are some twice
 # that, a facet of 1 mm for the ends of the contact, and at least one new mesh.
 REGRESSION = {
     "pressure": (0.7214e6, 0.05 * 0.7214e6),
