@@ -32,7 +32,7 @@ class State:
         theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
         thermal_u: Displacements on the thermal meshes, likewise [m].
         dt: Length of the last step [s]; zero before the first.
-        repeatable: Whether the state before it is still there to go back to.
+        repeatable: Whether a later step may go back to the state before it.
         rate: Mean rates of temperature in the last step, likewise [K/s]; empty before the first.
         guess: Contact status to start from where there are no conditions, per interface.
         warmth: Temperatures that mechanics last had its equilibrium at, likewise [K].

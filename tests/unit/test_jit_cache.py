@@ -24,7 +24,6 @@ import sys
 from mpi4py import MPI
 from dolfinx import fem, mesh
 import ufl
-from contactfem.compat import CellExpression
 from contactfem.jit_cache import compiling
 with compiling(MPI.COMM_WORLD):
     print("begin", flush=True)
