@@ -123,7 +123,7 @@ class NewtonSolver:
         snes.setType("newtonls")
         snes.setFunction(self._function, self.system.x.duplicate())
         snes.setConvergenceTest(self._test)
-        snes.setTolerances(max_it=self.max_iterations + 1)
+        snes.setTolerances(stol=0.0, max_it=self.max_iterations + 1)  # only our test says the end
         options = {"snes_linesearch_type": "basic"} | dict(self.linear.options)
         configure(snes, "mech_", options, "solver.petsc")
         snes.setJacobian(self._jacobian, self.linear.attach(snes))
@@ -191,14 +191,14 @@ class NewtonSolver:
             reason = f"linear solver failed (PETSc error {error.ierr})"
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
         code = self._snes.getConvergedReason()
-        if code > 0:
+        if converged := code == CONVERGED:
             with self.timers.book("newton"):
                 self.linear.finish(self.system.x)
-        if code == DIVERGED_NAN and not self._reason:
-            self._reason = TURNED_OVER
+        elif not self._reason and not np.isfinite(self._snes.getFunction()[0].norm()):
+            self._reason = TURNED_OVER  # newer versions of PETSc do not ask our test then
         reason = self._reason or f"PETSc SNES reason {code}"
-        reason = "" if code > 0 else f"{reason}; {self._reached()}"
-        return SolveReport(code > 0, reason, len(self._residuals) - 1, tuple(self._residuals))
+        reason = "" if converged else f"{reason}; {self._reached()}"
+        return SolveReport(converged, reason, len(self._residuals) - 1, tuple(self._residuals))
 
     def _reached(self) -> str:
         """How far the residual got."""
