@@ -21,12 +21,13 @@ from contactfem.case import Case
 from contactfem.contact import Conditions
 from contactfem.discretise import Discretisation
 from contactfem.estimate import FluxEstimator, StressEstimator, total
-from contactfem.mesh_choice import BodyCells, CellLimits, Lifetime, MeshChoice, choose_meshes
+from contactfem.mesh_choice import CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.observed import observed
 from contactfem.relative_error import RelativeError, error_ratio
 from contactfem.results import ErrorStep, MeshErrors, Observed, Remeshing
 from contactfem.staggered import HeatOutcome
 from contactfem.state import State
+from contactfem.surface_cells import mechanical_cells, thermal_cells
 from contactfem.surfaces import Floats
 from contactfem.time_error import time_error
 from contactfem.timers import Timers
@@ -254,20 +255,14 @@ class Adaptation:
     ) -> MeshChoice:
         """New sizes of the meshes of one problem, and why."""
         settings = self.settings
-        chosen = [
-            BodyCells(
-                b.name,
-                b.view.data.points,
-                b.view.data.cells,
-                b.view.sizes,
-                b.errors,
-                self._largest(b) if problem == "mechanics" else np.full(len(b.errors), np.inf),
-            )
-            for b in bodies
-            if self._may_change(b.name)
-        ]
+        cells = mechanical_cells if problem == "mechanics" else thermal_cells
+        chosen = [cells(self.case, body) for body in bodies if self._may_change(body.name)]
         limits = CellLimits(
-            settings.size_min, settings.size_max, settings.growth, settings.max_cells
+            settings.size_min,
+            settings.size_max,
+            settings.growth,
+            settings.max_cells,
+            settings.contact_size or np.inf,
         )
         cost = REMESH_COST if self.case.mechanics else REMESH_COST_OF_HEAT
         policy = MeshPolicy(tolerance, most_remeshes=settings.max_remeshes, cost=cost)
@@ -281,19 +276,6 @@ class Adaptation:
             gained.get(problem, 1.0),
         )
         return choose_meshes(chosen, total(bodies), limits, policy, lifetime)
-
-    def _largest(self, body: BodyErrors) -> Floats:
-        """Largest new size [m] in place of each cell: `contact_size` on surfaces that may touch."""
-        found, data = np.full(len(body.errors), np.inf), body.view.data
-        if self.settings.contact_size is None:
-            return found
-        for interface in self.case.interfaces.values():
-            for side in (interface.nonmortar, interface.mortar):
-                owner, _, surface = side.partition(".")
-                if owner == body.name:
-                    touching = np.isin(data.cells, data.groups[surface]).any(axis=1)
-                    found[touching] = self.settings.contact_size
-        return found
 
     def _may_change(self, name: str) -> bool:
         return self.settings.bodies is None or name in self.settings.bodies

@@ -97,8 +97,10 @@ class Adaptivity(Model):
     two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
     `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
     extent, and that over 256; `contact_size` is the largest of new cells of mechanics on surfaces
-    of interfaces, for pressures that are finer than the stress asks for. Errors are judged after
-    `start`; those of heat and time as soon as temperatures are further apart than
+    of interfaces, for pressures that are finer than the stress asks for. `aspect` lets new thermal
+    cells there be so many times longer than thick, up to `contact_size` if that is given: a thin
+    layer of heat then needs few cells. Errors are judged after `start`; those of heat and time as
+    soon as temperatures are further apart than
     `least_temperature`: next to no heat needs no mesh.
     """
 
@@ -110,6 +112,7 @@ class Adaptivity(Model):
     size_min: Annotated[Length, Field(gt=0)] | None = None
     size_max: Annotated[Length, Field(gt=0)] | None = None
     contact_size: Annotated[Length, Field(gt=0)] | None = None
+    aspect: Annotated[float, Field(strict=True, ge=1, le=100)] = 1.0
     growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
     max_cells: Annotated[Count, Field(ge=10)] = 200_000
     max_remeshes: Count = 3

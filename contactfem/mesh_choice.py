@@ -10,12 +10,11 @@ from contactfem.adaptivity import MeshPolicy, MeshReport, Remesh, decide_mesh
 from contactfem.recovery import Floats, Ints
 from contactfem.relative_error import RelativeError
 from contactfem.sizes import (
-    Prediction,
     SizeLimits,
     equal_error_sizes,
     goal,
-    predict,
     predicted_cells,
+    predicted_error,
     rounded,
     size_field,
 )
@@ -37,6 +36,7 @@ class BodyCells:
         sizes: Sizes of the cells [m], (m,).
         errors: ‖e‖² of each cell, (m,).
         largest: Largest new size in each cell's place [m], (m,); infinite where errors decide.
+        aspect: Largest length over size of new cells at the vertices [-], (n,) or the same at all.
     """
 
     name: str
@@ -45,22 +45,34 @@ class BodyCells:
     sizes: Floats
     errors: Floats
     largest: Floats
+    aspect: float | Floats = 1.0
 
 
 @dataclass(frozen=True)
 class CellLimits:
-    """Limits that a case gives: sizes [m], growth per distance, cells of all meshes together."""
+    """Limits that a case gives: sizes [m], growth per distance, cells of all meshes together.
+
+    `longest` is the length that flat cells do not exceed [m].
+    """
 
     size_min: float | None
     size_max: float | None
     growth: float
     cells: int
+    longest: float = math.inf
 
-    def of(self, points: Floats) -> SizeLimits:
+    def of(self, body: BodyCells) -> SizeLimits:
         """Limits of one body's cells; without given sizes they follow from its extent."""
-        largest = self.size_max or float(np.ptp(points, axis=0).max()) / LARGEST
+        largest = self.size_max or float(np.ptp(body.points, axis=0).max()) / LARGEST
         smallest = self.size_min or largest / SMALLEST
-        return SizeLimits(smallest, max(largest, smallest), self.growth, self.cells)
+        return SizeLimits(
+            smallest,
+            max(largest, smallest),
+            self.growth,
+            self.cells,
+            aspect=body.aspect,
+            longest=self.longest,
+        )
 
 
 @dataclass(frozen=True)
@@ -130,15 +142,17 @@ def choose_meshes(
         return MeshChoice({}, decision.reason)
     sizes = _sizes(bodies, wanted, limits)
     kept = whole.error_square - sum(float(body.errors.sum()) for body in bodies)
-    found = [predict(b.points, b.cells, sizes[b.name], b.errors, ORDER) for b in bodies]
-    square = max(kept, 0.0) + sum(part.error_square for part in found)
+    count = _count(bodies, sizes, limits)
+    square = max(kept, 0.0) + sum(
+        predicted_error(b.cells, b.sizes, sizes[b.name], b.errors, ORDER) for b in bodies
+    )
     expected = RelativeError(square, whole.norm_square + whole.error_square - square)
     decision = decide_mesh(
         replace(
             report,
             predicted_eta=expected.eta,
-            predicted_cells=sum(part.cells for part in found),
-            limited=_limited(bodies, wanted, limits, found),
+            predicted_cells=count,
+            limited=_limited(bodies, wanted, limits, count),
         ),
         policy,
     )
@@ -149,12 +163,12 @@ def _limited(
     bodies: Sequence[BodyCells],
     wanted: Mapping[str, Floats],
     limits: CellLimits,
-    found: Sequence[Prediction],
+    count: float,
 ) -> bool:
     """Whether there are as many cells as may be, or most of the error is where none is smaller."""
-    if sum(part.cells for part in found) > FULL * limits.cells:
+    if count > FULL * limits.cells:
         return True
-    smallest = [wanted[body.name] < limits.of(body.points).smallest for body in bodies]
+    smallest = [wanted[body.name] < limits.of(body).smallest for body in bodies]
     there = sum(float(body.errors[s].sum()) for body, s in zip(bodies, smallest, strict=True))
     return there > 0.5 * sum(float(body.errors.sum()) for body in bodies)
 
@@ -180,10 +194,12 @@ def _fewest_cells(
     """Cells without a limit of their growth: no mesh with the wanted sizes has fewer."""
     count = 0.0
     for body in bodies:
-        h, limit = body.sizes, limits.of(body.points)
+        h, limit = body.sizes, limits.of(body)
         largest = np.minimum(limit.largest, limit.coarsening * h)
         new = np.clip(wanted[body.name], limit.smallest, np.maximum(largest, limit.smallest))
-        count += float(np.sum((h / new) ** 2))
+        aspect = np.broadcast_to(limit.aspect, len(body.points))[body.cells].max(axis=1)
+        lengths = replace(limit, aspect=aspect).lengths
+        count += float(np.sum(h * lengths(h) / (new * lengths(new))))
     return count
 
 
@@ -192,8 +208,12 @@ def _sizes(
 ) -> dict[str, Floats]:
     """Nodal sizes within the limits, of each mesh and of all together."""
     fields = {
-        b.name: size_field(b.points, b.cells, wanted[b.name], limits.of(b.points)) for b in bodies
+        b.name: size_field(b.points, b.cells, b.sizes, wanted[b.name], limits.of(b)) for b in bodies
     }
-    count = sum(predicted_cells(b.points, b.cells, fields[b.name]) for b in bodies)
-    scale = max(1.0, float(np.sqrt(count / limits.cells)))
+    scale = max(1.0, float(np.sqrt(_count(bodies, fields, limits) / limits.cells)))
     return {name: rounded(scale * sizes) for name, sizes in fields.items()}
+
+
+def _count(bodies: Sequence[BodyCells], sizes: Mapping[str, Floats], limits: CellLimits) -> float:
+    """Cells of all meshes with these sizes at the vertices."""
+    return sum(predicted_cells(b.points, b.cells, sizes[b.name], limits.of(b)) for b in bodies)

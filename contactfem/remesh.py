@@ -21,10 +21,12 @@ from contactfem.heat import HeatBody
 from contactfem.laws import Trial
 from contactfem.mechanics import BodyProblem
 from contactfem.meshes.data import MeshData
+from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import size_field
 from contactfem.projection import Projection
 from contactfem.ringing import Increments
 from contactfem.state import State, initial_state
+from contactfem.surface_cells import flat_cells, regular_rows
 from contactfem.surfaces import Floats
 from contactfem.transfer import SurfaceTransfer, VertexValues, VolumeTransfer
 from contactfem.verdicts import NewSizes
@@ -66,23 +68,27 @@ def _made(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
     warm = {} if present.heat is None else {body.name: body.mesh for body in present.heat.bodies}
     return GivenMeshes(
         {
-            name: _mesh(case, name, present.bodies[name].mesh.data, wanted)
+            name: _mesh(
+                case, name, present.bodies[name].mesh.data, wanted, regular_rows(case, name)
+            )
             for name, wanted in sizes.mechanical.items()
         },
         {
-            name: _mesh(case, name, warm[name].data, wanted)
+            name: _mesh(case, name, warm[name].data, wanted, flat_cells(case, name))
             for name, wanted in sizes.thermal.items()
         },
     )
 
 
-def _mesh(case: Case, name: str, data: MeshData | None, sizes: Floats) -> MeshData:
+def _mesh(
+    case: Case, name: str, data: MeshData | None, sizes: Floats, layers: Layers | None
+) -> MeshData:
     """A mesh of a body with new sizes, given on its present one."""
     assert data is not None
     keep = [c.at for c in case.conditions if c.body == name and c.at is not None]
     keep += [probe.at for probe in case.probes.values() if probe.on == name]
     try:
-        return case.bodies[name].mesh.adapted(size_field(data, sizes), keep)
+        return case.bodies[name].mesh.adapted(size_field(data, sizes), keep, layers)
     except CaseError as error:
         raise CaseError(f"{case.path}: bodies.{name}: no adapted mesh: {error}") from None
 

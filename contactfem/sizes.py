@@ -27,6 +27,8 @@ class SizeLimits:
         growth: Increase of the size per distance [-], positive.
         cells: Most cells of the mesh; this limit holds even where others have to yield.
         coarsening: Largest size over the present one [-]: coarse cells are predicted badly.
+        aspect: Largest length over size of flat cells, at all vertices or at each [-].
+        longest: Length that flat cells do not exceed [m].
     """
 
     smallest: float
@@ -34,14 +36,12 @@ class SizeLimits:
     growth: float
     cells: int
     coarsening: float = 4.0
+    aspect: float | Floats = 1.0
+    longest: float = np.inf
 
-
-@dataclass(frozen=True)
-class Prediction:
-    """What a mesh with new sizes is expected to have: cells, and the square of its error."""
-
-    cells: float
-    error_square: float
+    def lengths(self, sizes: Floats) -> Floats:
+        """Lengths of cells along surfaces [m] from sizes at the vertices [m], (n,)."""
+        return np.asarray(np.maximum(np.minimum(self.aspect * sizes, self.longest), sizes))
 
 
 def cell_sizes(points: Floats, cells: Ints) -> Floats:
@@ -55,6 +55,22 @@ def cell_sizes(points: Floats, cells: Ints) -> Floats:
         h [m], shape (m,).
     """
     return np.asarray(np.sqrt(DENSITY[cells.shape[1]] * _areas(points, cells)))
+
+
+def thicknesses(points: Floats, cells: Ints) -> Floats:
+    """Sizes of flat cells: edges of equilateral triangles, or of squares, that are as thick.
+
+    Args:
+        points: Vertices of the mesh [m], shape (n, 2).
+        cells: Triangles or quadrilaterals (in dolfinx's order), shape (m, 3 or 4).
+
+    Returns:
+        h [m], shape (m,).
+    """
+    ring = cells if cells.shape[1] == 3 else cells[:, [0, 1, 3, 2]]
+    edges = points[np.roll(ring, -1, axis=1)] - points[ring]
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    return np.asarray(DENSITY[cells.shape[1]] * _areas(points, cells) / longest)
 
 
 def goal(found: RelativeError, tolerance: float) -> float:
@@ -115,25 +131,28 @@ def printed_sizes(sizes: Floats, errors: Floats, goal_square: float, order: int)
     return _scaled(sizes, errors, np.sqrt(goal_square / max(len(sizes), 1)), float(order))
 
 
-def size_field(points: Floats, cells: Ints, wanted: Floats, limits: SizeLimits) -> Floats:
+def size_field(
+    points: Floats, cells: Ints, present: Floats, wanted: Floats, limits: SizeLimits
+) -> Floats:
     """Nodal sizes within the limits.
 
     Args:
         points: Vertices of the present mesh [m], shape (n, 2).
         cells: Its cells, shape (m, 3 or 4).
-        wanted: New sizes in them [m], shape (m,).
+        present: Their sizes [m], shape (m,).
+        wanted: New sizes in their place [m], shape (m,).
         limits: The limits.
 
     Returns:
         Sizes at the vertices [m], shape (n,); linear in between.
     """
-    allowed = np.minimum(wanted, limits.coarsening * cell_sizes(points, cells))
+    allowed = np.minimum(wanted, limits.coarsening * present)
     allowed = np.clip(allowed, limits.smallest, limits.largest)
     field = graded(points, cells, _nodal(points, cells, allowed), limits.growth)
-    excess = predicted_cells(points, cells, field) / limits.cells
+    excess = predicted_cells(points, cells, field, limits) / limits.cells
     while excess > 1.0:
         field = graded(points, cells, np.sqrt(excess) * 1.001 * field, limits.growth)
-        excess = predicted_cells(points, cells, field) / limits.cells
+        excess = predicted_cells(points, cells, field, limits) / limits.cells
     return field
 
 
@@ -172,36 +191,39 @@ def graded(points: Floats, cells: Ints, sizes: Floats, growth: float) -> Floats:
     return np.asarray(dijkstra(graph, indices=n)[:n])
 
 
-def predicted_cells(points: Floats, cells: Ints, sizes: Floats) -> float:
-    """Cells of a mesh with nodal sizes h: ∫ 1/h², times 4/√3 for triangles.
+def predicted_cells(points: Floats, cells: Ints, sizes: Floats, limits: SizeLimits) -> float:
+    """Cells of a mesh with nodal sizes h and lengths l: ∫ 1/(h l), times 4/√3 for triangles.
 
     Args:
         points: Vertices of the present mesh [m], shape (n, 2).
         cells: Its cells, shape (m, 3 or 4).
         sizes: Sizes at the vertices [m], shape (n,).
+        limits: Has the lengths.
 
     Returns:
         The number.
     """
-    density = np.mean(sizes[cells] ** -2.0, axis=1)
+    density = np.mean(1.0 / (sizes * limits.lengths(sizes))[cells], axis=1)
     return float(DENSITY[cells.shape[1]] * _areas(points, cells) @ density)
 
 
-def predict(points: Floats, cells: Ints, sizes: Floats, errors: Floats, order: int) -> Prediction:
-    """Cells and error of a mesh with new sizes: Σ e_K² (h/h_K)^(2p).
+def predicted_error(
+    cells: Ints, present: Floats, sizes: Floats, errors: Floats, order: int
+) -> float:
+    """Square of the error of a mesh with new sizes: Σ e_K² (h/h_K)^(2p).
 
     Args:
-        points: Vertices of the present mesh [m], shape (n, 2).
-        cells: Its cells, shape (m, 3 or 4).
+        cells: Cells of the present mesh, shape (m, 3 or 4).
+        present: Their sizes h_K [m], shape (m,).
         sizes: New sizes at its vertices [m], shape (n,).
         errors: Squares of its errors, shape (m,).
         order: p.
 
     Returns:
-        The prediction.
+        The square.
     """
-    ratio = sizes[cells].mean(axis=1) / cell_sizes(points, cells)
-    return Prediction(predicted_cells(points, cells, sizes), float(errors @ ratio ** (2.0 * order)))
+    ratio = sizes[cells].mean(axis=1) / present
+    return float(errors @ ratio ** (2.0 * order))
 
 
 def _scaled(sizes: Floats, errors: Floats, mean: float, exponent: float) -> Floats:

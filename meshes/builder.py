@@ -11,6 +11,7 @@ from contactfem.errors import MeshError
 from contactfem.meshes.adapt import adapt
 from contactfem.meshes.curves import Boundary
 from contactfem.meshes.data import CellName, Floats, MeshData
+from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import SizeField
 from contactfem.units import Length
 
@@ -51,13 +52,19 @@ class Builder(BaseModel, ABC):
         """
         raise MeshError("only plane bodies have adapted meshes")
 
-    def adapted(self, field: SizeField, keep: Sequence[Sequence[float]] = ()) -> MeshData:
+    def adapted(
+        self,
+        field: SizeField,
+        keep: Sequence[Sequence[float]] = (),
+        layers: Layers | None = None,
+    ) -> MeshData:
         """Triangles of given sizes in the exact geometry, with the groups of the builder's mesh.
 
         Args:
             field: wanted sizes.
             keep: points (k, 2) [m] that become nodes, such as those of point conditions; where one
                 is closer to the boundary than a tenth of the size, the nearest point of that does.
+            layers: surfaces with flat cells, for which sizes are thicknesses.
 
         Returns:
             The mesh, the same for the same arguments; nodes of curves lie exactly on them.
@@ -65,7 +72,8 @@ class Builder(BaseModel, ABC):
         Raises:
             MeshError: the body is solid, or cannot be meshed at these sizes.
         """
-        return adapt(self.curves(), field, np.array(keep, dtype=np.float64).reshape(-1, 2))
+        points = np.array(keep, dtype=np.float64).reshape(-1, 2)
+        return adapt(self.curves(), field, points, layers)
 
     def refined(self, factor: float) -> Self:
         """The same geometry and groups with cells that are smaller everywhere.

@@ -1,7 +1,9 @@
 """Where the nodes of an adapted mesh lie on its boundary."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +17,7 @@ STEP = 0.5  # distance of samples over the size there
 MAX_SAMPLES = 1_000_000  # of a curve
 NEAR = 0.1  # of the size: a kept point this close to the boundary is moved onto it
 SAME = 1e-7  # of the body's size: nodes this close are one
+_NONE: Mapping[str, SizeField] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -40,13 +43,16 @@ class _Sampled:
     reached: Floats
 
 
-def divided(boundary: Boundary, field: SizeField, keep: Floats) -> Division:
+def divided(
+    boundary: Boundary, field: SizeField, keep: Floats, lengths: Mapping[str, SizeField] = _NONE
+) -> Division:
     """Divide every curve from corner to corner into facets of the field's sizes.
 
     Args:
         boundary: closed loops of curves.
         field: wanted sizes.
         keep: points (k, 2) [m] that become nodes.
+        lengths: wanted lengths of the facets of some groups, where they differ.
 
     Returns:
         The nodes, where the curves place them.
@@ -54,7 +60,7 @@ def divided(boundary: Boundary, field: SizeField, keep: Floats) -> Division:
     Raises:
         MeshError: curves do not join, the sizes are too small, or a kept point is not in the body.
     """
-    loops = [[_sampled(curve, field) for curve in loop] for loop in boundary]
+    loops = [[_sampled(curve, _on(curve, field, lengths)) for curve in loop] for loop in boundary]
     size = float(np.ptp(field.points, axis=0).max())
     for loop in loops:
         _check_closed(loop, SAME * size)
@@ -75,6 +81,11 @@ def divided(boundary: Boundary, field: SizeField, keep: Floats) -> Division:
         numbers.append(number)
     joined = {name: np.concatenate(parts) for name, parts in groups.items()}
     return Division(np.concatenate(nodes), tuple(numbers), joined, inner)
+
+
+def _on(curve: Curve, field: SizeField, lengths: Mapping[str, SizeField]) -> SizeField:
+    """What the lengths of a curve's facets follow."""
+    return next((lengths[name] for name in curve.groups if name in lengths), field)
 
 
 def _sampled(curve: Curve, field: SizeField) -> _Sampled:

@@ -39,7 +39,7 @@ PARALLEL = """
     direct schur held dense interface_matrix on_interfaces constant reused linear_solver newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields body_meshes discretise diagnosis state staggered heat_record
-    observed estimate remesh adapt gathering recorder
+    observed estimate surface_cells remesh adapt gathering recorder
     packing snapshot keeper first_contact loop outcome run
     suite cli_run cli_study cli
 """

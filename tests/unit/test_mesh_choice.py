@@ -73,7 +73,7 @@ def test_the_number_of_cells_is_kept_by_all_meshes_together():
     bodies = [square("one", 8, 0.4), square("two", 8, 0.2, 2.0)]
     limits = CellLimits(None, None, 0.3, 1000)
     sizes = choose_meshes(bodies, whole(bodies), limits, POLICY, LASTING).sizes
-    count = sum(predicted_cells(b.points, b.cells, sizes[b.name]) for b in bodies)
+    count = sum(predicted_cells(b.points, b.cells, sizes[b.name], limits.of(b)) for b in bodies)
     assert count == pytest.approx(1000, rel=0.01)
 
 

@@ -1,5 +1,7 @@
 """New sizes: what they minimise and keep, and their limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -12,10 +14,11 @@ from contactfem.sizes import (
     equal_error_sizes,
     goal,
     graded,
-    predict,
     predicted_cells,
+    predicted_error,
     printed_sizes,
     size_field,
+    thicknesses,
 )
 
 FREE = SizeLimits(smallest=1e-9, largest=1e9, growth=1e9, cells=10**9, coarsening=1e9)
@@ -86,32 +89,54 @@ def test_equal_errors_make_both_rules_agree(plate):
 
 
 def test_meshes_without_error_take_the_largest_size(plate):
-    new = equal_error_sizes(cell_sizes(plate.points, plate.cells), np.zeros(len(plate.cells)), 1, 1)
+    h = cell_sizes(plate.points, plate.cells)
+    new = equal_error_sizes(h, np.zeros(len(h)), 1, 1)
     limits = SizeLimits(0.01, 0.3, 0.5, 10**6, coarsening=100.0)
-    np.testing.assert_allclose(size_field(plate.points, plate.cells, new, limits), 0.3)
+    np.testing.assert_allclose(size_field(plate.points, plate.cells, h, new, limits), 0.3)
 
 
 def test_the_field_keeps_sizes_and_the_number_of_cells(plate):
     """A uniform size is kept; present sizes give about the present number of cells."""
-    field = size_field(plate.points, plate.cells, np.full(len(plate.cells), 0.07), FREE)
+    h = cell_sizes(plate.points, plate.cells)
+    field = size_field(plate.points, plate.cells, h, np.full(len(h), 0.07), FREE)
     np.testing.assert_allclose(field, 0.07, rtol=1e-14)
-    assert predicted_cells(plate.points, plate.cells, field) == pytest.approx(
+    assert predicted_cells(plate.points, plate.cells, field, FREE) == pytest.approx(
         4 / np.sqrt(3) / 0.07**2, rel=1e-12
     )
-    h = cell_sizes(plate.points, plate.cells)
-    field = size_field(plate.points, plate.cells, h, FREE)
-    assert predicted_cells(plate.points, plate.cells, field) == pytest.approx(len(h), rel=0.05)
+    field = size_field(plate.points, plate.cells, h, h, FREE)
+    assert predicted_cells(plate.points, plate.cells, field, FREE) == pytest.approx(
+        len(h), rel=0.05
+    )
+
+
+def test_flat_cells_count_by_their_length(plate):
+    """Of the size 0.01 and ten times as long, but not longer than 0.05."""
+    field = np.full(len(plate.points), 0.01)
+    limits = replace(FREE, aspect=np.full(len(field), 10.0), longest=0.05)
+    assert predicted_cells(plate.points, plate.cells, field, limits) == pytest.approx(
+        4 / np.sqrt(3) / 0.01 / 0.05, rel=1e-12
+    )
+    assert limits.lengths(np.full(len(field), 0.2))[0] == 0.2
+
+
+@pytest.mark.parametrize("length", [1.0, 7.0, 100.0])
+def test_thicknesses_of_flat_cells(length):
+    """An equilateral triangle of the edge h, drawn out along an edge, stays as thick."""
+    triangle = np.array([[0.0, 0.0], [2.0, 0.0], [1.0, np.sqrt(3.0)]]) * [length, 1.0]
+    assert thicknesses(triangle, np.array([[0, 1, 2]]))[0] == pytest.approx(2.0, rel=1e-13)
+    square = 3.0 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * [length, 1.0]
+    assert thicknesses(square, np.array([[0, 1, 2, 3]]))[0] == pytest.approx(3.0, rel=1e-13)
 
 
 def test_predictions_of_halved_sizes(plate):
     """Four times the cells, a quarter of the squared error, where sizes are uniform."""
-    errors = spread(plate)
-    h = cell_sizes(plate.points, plate.cells)
-    field = np.full(len(plate.points), 0.02)
-    whole, half = (predict(plate.points, plate.cells, f, errors, 1) for f in (field, field / 2))
-    assert half.cells == pytest.approx(4 * whole.cells, rel=1e-13)
-    assert half.error_square == pytest.approx(whole.error_square / 4, rel=1e-13)
-    assert whole.error_square == pytest.approx(errors @ (0.02 / h) ** 2, rel=1e-13)
+    errors, h = spread(plate), cell_sizes(plate.points, plate.cells)
+    fields = [np.full(len(plate.points), size) for size in (0.02, 0.01)]
+    whole, half = (predicted_cells(plate.points, plate.cells, f, FREE) for f in fields)
+    assert half == pytest.approx(4 * whole, rel=1e-13)
+    whole, half = (predicted_error(plate.cells, h, f, errors, 1) for f in fields)
+    assert half == pytest.approx(whole / 4, rel=1e-13)
+    assert whole == pytest.approx(errors @ (0.02 / h) ** 2, rel=1e-13)
 
 
 def test_gradation_is_the_largest_lipschitz_field_below(plate):
@@ -134,18 +159,19 @@ def test_limits_of_sizes(plate):
     h = cell_sizes(plate.points, plate.cells)
     limits = SizeLimits(0.02, 0.2, 5.0, 10**6, coarsening=1.5)
     wanted = np.where(np.arange(len(h)) % 2 == 0, 1e-6, 10.0)
-    field = size_field(plate.points, plate.cells, wanted, limits)
+    field = size_field(plate.points, plate.cells, h, wanted, limits)
     assert field.min() >= 0.02 * (1 - 1e-12)
-    coarse = size_field(plate.points, plate.cells, np.full(len(h), 10.0), limits)
+    coarse = size_field(plate.points, plate.cells, h, np.full(len(h), 10.0), limits)
     assert coarse.max() <= min(0.2, 1.5 * h.max()) * (1 + 1e-12)
     assert coarse.max() > h.max()
 
 
 def test_the_limit_of_cells_yields_to_nothing(plate):
+    h = cell_sizes(plate.points, plate.cells)
     limits = SizeLimits(1e-4, 0.05, 0.3, 300)
     wanted = np.where(plate.points[plate.cells].mean(1)[:, 0] < 0.2, 1e-3, 1.0)
-    field = size_field(plate.points, plate.cells, wanted, limits)
-    count = predicted_cells(plate.points, plate.cells, field)
+    field = size_field(plate.points, plate.cells, h, wanted, limits)
+    count = predicted_cells(plate.points, plate.cells, field, limits)
     assert 200 < count <= 300
     pairs = plate.cells[:, :2]
     slope = np.abs(np.diff(field[pairs])[:, 0]) / np.linalg.norm(
