@@ -101,8 +101,9 @@ class Recorder:
 
         suffix = f"_{self.segment}" if self.segment > 1 else ""
         discretisation = self._discretisation
-        displacements = {name: body.displacement for name, body in discretisation.bodies.items()}
-        self._fields = FieldWriter(out, displacements, suffix)
+        if self._case.mechanics:
+            displacements = {name: b.displacement for name, b in discretisation.bodies.items()}
+            self._fields = FieldWriter(out, displacements, suffix)
         if discretisation.heat is not None:
             self._heat_fields = HeatFieldWriter(out, discretisation.heat.bodies, suffix)
 
@@ -169,7 +170,7 @@ class Recorder:
             if files is not None:
                 files.close()
         self.segment += 1
-        if self._fields is not None and self._out is not None:
+        if self._case.output.fields and self._out is not None:
             with self._timers.book("output"):
                 self._open_fields(self._out)
 

@@ -9,8 +9,12 @@ from dolfinx import fem, mesh
 
 from mpi4py import MPI
 
+from contactfem.case import read_case
 from contactfem.errors import CaseError, WriteError
 from contactfem.fields import FieldWriter, nodal_average, remove_later
+from contactfem.run import run_case
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 def unit_square(n: int) -> mesh.Mesh:
@@ -95,3 +99,11 @@ def test_one_file_per_body(n, tmp_path):
     for name in ("one", "two"):
         assert (folder / f"{name}.bp").is_dir()
         assert any(file.stat().st_size > 0 for file in (folder / f"{name}.bp").iterdir())
+
+
+def test_no_stresses_without_mechanics(tmp_path):
+    """Heat alone writes temperatures, and not a file of displacements that are zero."""
+    case = read_case(CASES / "heated_rod.toml", ["output.figures=false"])
+    run_case(case, MPI.COMM_SELF, tmp_path)
+    written = {folder.name for folder in tmp_path.glob("*.bp")}
+    assert written == {f"{name}_heat.bp" for name in case.bodies}
