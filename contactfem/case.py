@@ -49,8 +49,7 @@ class Solver(Model):
     """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options.
 
     `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle). `reuse`: whether
-    a factor may serve on where that pays (condensed, one rank, no `petsc` options); the answer is
-    the same.
+    a factor may serve on where that pays (condensed, no `petsc` options); the answer is the same.
     """
 
     system: Literal["condensed", "saddle"] = "condensed"

@@ -1,11 +1,10 @@
-"""The bulk with prescribed motions as unknowns: reactions are rows of it; on one rank."""
+"""Numbers for the dofs of prescribed motions: their reactions are rows of the bulk like others."""
 
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.sparse as sp
 
-from petsc4py import PETSc
+from mpi4py import MPI
 
 from contactfem.numbering import PRESCRIBED, Floats, Ints
 from contactfem.surfaces import Bools
@@ -37,53 +36,39 @@ class Held:
                 if p.body == b:
                     member[k, body.dofs(p.vertices, p.component)] = True
             held = unknown == PRESCRIBED
+            groups = _all_groups(system.comm, member[:, held])
             numbers = unknown.copy()
-            if held.any():
-                groups, inverse = np.unique(member[:, held], axis=1, return_inverse=True)
-                numbers[held] = first + inverse.ravel()
-                first += groups.shape[1]
-                motions.append(groups)
+            numbers[held] = first + _places(groups, member[:, held])
+            first += groups.shape[1]
+            motions.append(groups)
             self.unknown.append(numbers)
         self.motions = np.hstack(motions).astype(float)
         self.numbers: Ints = np.arange(self._n, first)
 
-    def residual(self, free: Floats, parts: Sequence[Floats]) -> Floats:
-        """Residual of the unknowns and, after it, of the held dofs [N/m].
+    def residual(self, parts: Sequence[Floats]) -> Floats:
+        """Residual of the groups of held dofs [N/m], the same on all ranks; collective.
 
         Args:
-            free: That of the unknowns, (n,).
             parts: Of the bodies' local dofs, as `System.residual` returns them.
         """
-        size = self._n + len(self.numbers)
-        result = np.zeros(size)
+        result = np.zeros(len(self.numbers))
         for unknown, part in zip(self.unknown, parts, strict=True):
-            result += np.bincount(unknown, part, size)
-        result[: self._n] = free
+            held = unknown >= self._n
+            result += np.bincount(unknown[held] - self._n, part[held], len(result))
+        self._system.comm.Allreduce(MPI.IN_PLACE, result)
         return result
 
-    def matrix(self) -> PETSc.Mat:
-        """Bulk tangent with rows and columns of the held dofs."""
-        pattern = self._pattern()
-        csr = (pattern.indptr, pattern.indices, np.zeros(pattern.nnz))
-        A = PETSc.Mat().createAIJ(pattern.shape, csr=csr, comm=self._system.comm)
-        for body, unknown in zip(self._system.bodies, self.unknown, strict=True):
-            numbers = PETSc.LGMap().create(unknown.astype(np.int32), comm=self._system.comm)
-            A.setLGMap(numbers, numbers)
-            body.add_tangent(A)
-        A.assemble()
-        return A
 
-    def _pattern(self) -> sp.csr_matrix:
-        """Entries of the unknowns, and of the cells that have a held dof."""
-        size = self._n + len(self.numbers)
-        free = self._system.pattern.copy()
-        free.resize((size, size))
-        rows, cols = [self.numbers], [self.numbers]
-        for body, unknown in zip(self._system.bodies, self.unknown, strict=True):
-            dofs = unknown[body.cell_dofs()]
-            dofs = dofs[(dofs >= self._n).any(axis=1)]
-            rows.append(np.repeat(dofs, dofs.shape[1], axis=1).ravel())
-            cols.append(np.tile(dofs, (1, dofs.shape[1])).ravel())
-        row, col = np.concatenate(rows), np.concatenate(cols)
-        ones = np.ones(len(row), np.int8)
-        return (free + sp.coo_matrix((ones, (row, col)), (size, size)).tocsr()).tocsr()
+def _all_groups(comm: MPI.Comm, columns: Bools) -> Bools:
+    """Different columns of all ranks, (motions, g); collective."""
+    found = np.hstack(comm.allgather(np.unique(columns, axis=1)))
+    return np.asarray(np.unique(found, axis=1))
+
+
+def _places(groups: Bools, columns: Bools) -> Ints:
+    """Which of some different columns others are."""
+    if not columns.shape[1]:
+        return np.empty(0, dtype=np.int64)
+    both = np.hstack((groups, columns))
+    inverse = np.unique(both, axis=1, return_inverse=True)[1].ravel()
+    return np.asarray(inverse[groups.shape[1] :], dtype=np.int64)

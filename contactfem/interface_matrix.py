@@ -1,8 +1,10 @@
-"""Newton's matrix on the unknowns of the interfaces alone, dense; on one rank."""
+"""Newton's matrix on the unknowns of the interfaces alone, dense, the same on all ranks."""
 
 from collections.abc import Sequence
 
 import numpy as np
+
+from mpi4py import MPI
 
 from contactfem.condensed import Interface, contact_rows
 from contactfem.contact import Conditions
@@ -39,6 +41,7 @@ class InterfaceMatrix:
         self, interfaces: Sequence[Interface], unknowns: Ints, n_global: int, timers: Timers
     ) -> None:
         self._interfaces, self._timers, self._n = interfaces, timers, len(unknowns)
+        self._comm = interfaces[0].nodes.comm
         place = np.full(n_global + 1, -1, np.int64)  # the last one stands for no unknown
         place[unknowns] = np.arange(self._n)
         self._place = place
@@ -46,7 +49,7 @@ class InterfaceMatrix:
         self._rest: Elimination | None = None
 
     def fill(self, S: Floats, conditions: Sequence[Conditions]) -> None:
-        """Take the contact of a state.
+        """Take the contact of a state; collective.
 
         Args:
             S: Schur complement on the unknowns, (n, n); the same array as long as it is the same.
@@ -65,7 +68,8 @@ class InterfaceMatrix:
                 taken.append(replaced)
                 shares.append(_placed(rows.by_force, target, replaced))
                 added.append(_placed(rows.by_position, target, self._at[k]))
-            self._assemble(S, np.concatenate(taken), joined(shares), joined(added))
+            C = _of_all_ranks(self._comm, joined(added))
+            self._assemble(S, np.concatenate(taken), joined(shares), C)
 
     def _assemble(self, S: Floats, taken: Ints, shares: Triplets, C: Triplets) -> None:
         """The matrix on the unknowns that are left."""
@@ -126,3 +130,8 @@ def _placed(triplets: Triplets, rows: Ints, columns: Ints) -> Triplets:
     row, col = rows[triplets[0]], columns[triplets[1]]
     keep = (row >= 0) & (col >= 0)
     return row[keep], col[keep], triplets[2][keep]
+
+
+def _of_all_ranks(comm: MPI.Comm, mine: Triplets) -> Triplets:
+    """Entries of all ranks, one rank's after another's."""
+    return mine if comm.size == 1 else joined(comm.allgather(mine))

@@ -2,16 +2,19 @@
 
 from collections.abc import Mapping
 
+from mpi4py import MPI
+
 from contactfem.condensed import Condensed
 from contactfem.constant import Constant
 from contactfem.direct import Direct
 from contactfem.interface_matrix import interface_unknowns
 from contactfem.reused import Reused
 from contactfem.saddle import Saddle
+from contactfem.substructure import Substructure
 from contactfem.timers import Timers
 
 FEWEST = 10_000  # unknowns of a bulk that is not linear below which a new factor costs little
-MOST = 2500  # unknowns of the interfaces beyond which dense matrices cost more than they save
+MOST = 2500  # unknowns of the interfaces and between ranks beyond which dense matrices are dear
 
 
 def linear_solver(
@@ -19,8 +22,8 @@ def linear_solver(
 ) -> Direct:
     """The way that suits a system.
 
-    A factor serves on where the multipliers are eliminated, on one rank (MUMPS gives its Schur
-    complement to PETSc on one only), without options of one's own.
+    A factor serves on where the multipliers are eliminated, without options of one's own, and where
+    few unknowns are left on the interfaces and between the ranks; collective.
 
     Args:
         equations: The system.
@@ -29,11 +32,18 @@ def linear_solver(
         reuse: Whether a factor may serve longer than one iteration.
     """
     system = equations.system
-    may = reuse and not options and system.comm.size == 1 and not isinstance(equations, Saddle)
-    if may and equations.interfaces:
-        few = len(interface_unknowns(equations.interfaces)) <= MOST
-        if few and system.is_linear:
-            return Constant(equations, timers)
-        if few and system.numbering.n_global >= FEWEST:
-            return Reused(equations, timers)
+    found: Constant | Reused | None = None
+    may = reuse and not options and not isinstance(equations, Saddle)
+    if may and equations.interfaces and len(interface_unknowns(equations.interfaces)) <= MOST:
+        if system.is_linear:
+            found = Constant(equations, timers)
+        elif system.numbering.n_global >= FEWEST:
+            found = Reused(equations, timers)
+    if found is not None and _pays(found.bulk, system.comm):
+        return found
     return Direct(equations, options, timers)
+
+
+def _pays(bulk: Substructure, comm: MPI.Comm) -> bool:
+    """Whether the dense matrix is small, and every rank has something to eliminate."""
+    return len(bulk.border) <= MOST and bool(comm.allreduce(bulk.n_inner, MPI.MIN) > 0)

@@ -1,7 +1,12 @@
-"""What factors that serve on have in common: PETSc hands its linear systems over to them."""
+"""What factors that serve on have in common: PETSc hands its linear systems over to them.
+
+All ranks solve the same dense systems over the unknowns of the interfaces; vectors over all
+unknowns are this rank's owned part.
+"""
 
 import numpy as np
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.condensed import Condensed
@@ -12,7 +17,7 @@ from contactfem.timers import Timers
 
 
 class OnInterfaces(Direct):
-    """Linear systems over the unknowns of the interfaces; on one rank.
+    """Linear systems over the unknowns of the interfaces.
 
     Args:
         equations: The system, condensed, with interfaces.
@@ -22,12 +27,18 @@ class OnInterfaces(Direct):
     def __init__(self, equations: Condensed, timers: Timers) -> None:
         super().__init__(equations, {}, timers)
         self.options = {}
-        n, comm = self.system.numbering.n_global, self.system.comm
+        numbering, comm = self.system.numbering, self.system.comm
         self.unknowns = interface_unknowns(equations.interfaces)
-        self.matrix = InterfaceMatrix(equations.interfaces, self.unknowns, n, timers)
+        self.matrix = InterfaceMatrix(
+            equations.interfaces, self.unknowns, numbering.n_global, timers
+        )
         self.damping = 1.0
-        self.operator = PETSc.Mat().createPython(((n, n), (n, n)), self, comm=comm)
+        size = (numbering.n_local, numbering.n_global)
+        self.operator = PETSc.Mat().createPython((size, size), self, comm=comm)
         self.operator.setUp()
+        at = self.unknowns - numbering.first
+        self._mine = np.flatnonzero((at >= 0) & (at < numbering.n_local))
+        self.owned = at[self._mine]
 
     def attach(self, snes: PETSc.SNES) -> PETSc.Mat:
         """Solve the linear systems here."""
@@ -49,5 +60,33 @@ class OnInterfaces(Direct):
             self.failure = "the system of the interfaces is singular"
 
     def step(self, residual: Floats) -> Floats:
-        """Newton's step for a residual, undamped, (n,)."""
+        """Newton's step for a residual, undamped, (n_local,)."""
         raise NotImplementedError
+
+    def gathered(self, owned: Floats) -> Floats:
+        """Values at `unknowns`, the same on all ranks, from those of this rank's; collective."""
+        result = np.zeros(len(self.unknowns))
+        result[self._mine] = owned[self.owned]
+        self.system.comm.Allreduce(MPI.IN_PLACE, result)
+        return result
+
+    def put(self, owned: Floats, values: Floats) -> None:
+        """Write values at `unknowns` into those of this rank's unknowns."""
+        owned[self.owned] = values[self._mine]
+
+    def solve(self, forces: Floats, right: Floats) -> Floats:
+        """What `matrix.solve` finds, the same to the last digit on all ranks; collective.
+
+        Raises:
+            LinAlgError: The system is singular, on all ranks.
+        """
+        found: Floats | None = None
+        if self.system.comm.rank == 0:
+            try:
+                found = self.matrix.solve(forces, right)
+            except np.linalg.LinAlgError:
+                found = None
+        found = self.system.comm.bcast(found)
+        if found is None:
+            raise np.linalg.LinAlgError
+        return np.asarray(found)

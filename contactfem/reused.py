@@ -1,9 +1,11 @@
-"""Newton's linear systems with an older factor of the bulk, on one rank: contact is always new.
+"""Newton's linear systems with an older factor of the bulk: contact is always new.
 
 The bulk tangent changes little between iterations, contact all at once. So a factor of an earlier
 bulk tangent serves on through its Schur complement on the unknowns of the interfaces, where the
 rows of contact are those of the present state. Residuals are exact, so is what they lead to.
 """
+
+import numpy as np
 
 from petsc4py import PETSc
 
@@ -11,7 +13,7 @@ from contactfem.condensed import Condensed
 from contactfem.direct import Iterate
 from contactfem.on_interfaces import OnInterfaces
 from contactfem.renewal import worth_renewing
-from contactfem.schur import SchurFactor
+from contactfem.substructure import Substructure
 from contactfem.surfaces import Floats
 from contactfem.timers import Timers
 
@@ -26,9 +28,13 @@ class Reused(OnInterfaces):
 
     def __init__(self, equations: Condensed, timers: Timers) -> None:
         super().__init__(equations, timers)
-        self._K = self.system.create_matrix(self.system.pattern)
-        self._factor = SchurFactor(self._K, self.unknowns, self.system.is_symmetric)
+        self._bulk = Substructure(self.system, self.system.numbering.unknown, self.unknowns)
         self._new = self._unsolved = True
+
+    @property
+    def bulk(self) -> Substructure:
+        """The bulk, condensed."""
+        return self._bulk
 
     def begin(self) -> None:
         """Begin a new solve, with a new factor if the last one failed."""
@@ -46,25 +52,25 @@ class Reused(OnInterfaces):
         """
         if self._new or (at.settled and worth_renewing(at.residuals, at.tolerance)):
             with self.timers.book("assembly"):
-                self.system.assemble(self._K, at.jumps)
+                self._bulk.assemble(at.jumps)
             with self.timers.book("factorisation"):
                 self._renew()
-        self.matrix.fill(self._factor.S, at.conditions)
+        self.matrix.fill(self._bulk.S, at.conditions)
         self.damping = at.damping
         return self.operator
 
     def _renew(self) -> None:
         """Factorise the bulk tangent; the next linear system asks again if that fails."""
         try:
-            self._factor.factorise()
+            self._bulk.factorise()
             self._new = False
         except PETSc.Error as error:
             self._new, self.failure = True, f"no factor of the bulk (PETSc error {error.ierr})"
 
     def step(self, residual: Floats) -> Floats:
         """Newton's step with the bulk as it was."""
-        right = residual.copy()
-        right[self.unknowns] = 0.0
-        inner = self._factor.condense(right)
-        moved = self.matrix.solve(inner, residual[self.unknowns])
-        return self._factor.expand(right, inner, moved)
+        right, none = residual.copy(), np.empty(0)
+        right[self.owned] = 0.0
+        inner = self._bulk.condense(right, none)
+        moved = self.solve(inner, self.gathered(residual))
+        return self._bulk.expand(right, none, moved)

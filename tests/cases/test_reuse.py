@@ -74,6 +74,32 @@ def test_an_old_factor_leads_to_the_same(
     assert_same(old, each, 1e-8)
 
 
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    ("stem", "variant", "overrides"),
+    [("block", "coarse", []), ("hertz", None, []), ("ironing", "pressed", ["time.end='0.3 s'"])],
+    ids=["block", "hertz", "ironing"],
+)
+def test_on_all_ranks(
+    monkeypatch: pytest.MonkeyPatch, stem: str, variant: str | None, overrides: list[str]
+) -> None:
+    """Ranks condense their own cells and share what is between them."""
+    monkeypatch.setattr(linear_solver, "FEWEST", 0)
+    case = read_case(CASES / f"{stem}.toml", overrides, variant)
+    plain = read_case(CASES / f"{stem}.toml", [*overrides, "solver.reuse=false"], variant)
+    together, each = (run_case(c, MPI.COMM_WORLD, None) for c in (case, plain))
+    alone = run_case(case, MPI.COMM_SELF, None)
+    assert "contact.pattern" not in together.timings  # it went the other way
+    assert "contact.pattern" in each.timings
+    if MPI.COMM_WORLD.rank == 0:  # which has the pictures
+        assert_same(together, each, 1e-8)
+    for one, other in zip(together.steps, alone.steps, strict=True):
+        assert one.iterations == other.iterations
+        size = np.hypot(*other.forces["sole" if stem != "hertz" else "contact"])
+        for name, force in other.forces.items():
+            assert np.abs(np.subtract(one.forces[name], force)).max() <= 1e-9 * size
+
+
 def assert_same(a: RunResult, b: RunResult, tolerance: float) -> None:
     """Displacements, contact forces of the nodes, resultants of all steps and reactions agree."""
     size = max(abs(body.displacement).max() for body in b.bodies)

@@ -1,17 +1,12 @@
-"""Factors that give Schur complements away, and the bulk with its held dofs as unknowns."""
+"""Factors that give Schur complements away."""
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.case import read_case
-from contactfem.discretise import discretise
-from contactfem.held import Held
 from contactfem.schur import SchurFactor
-from contactfem.timers import Timers
 
 KEPT = np.array([3, 7, 50, 51, 199])
 
@@ -63,49 +58,3 @@ def test_a_singular_matrix_has_a_complement():
     factor.factorise()
     one = 1.0 / (n - 1)  # of the springs in series
     np.testing.assert_allclose(factor.S, [[one, -one], [-one, one]], atol=1e-14)
-
-
-CASE = """
-title = "a block held twice at a corner"
-strain = "small"
-time = { end = "1 s", step = "1 s" }
-[materials.soft]
-youngs_modulus = "1 Pa"
-poisson_ratio = 0.3
-[bodies.block]
-material = "soft"
-mesh = { builder = "block", width = "2 m", height = "1 m", nx = 4, ny = 3 }
-[[conditions]]
-on = "block.bottom"
-displacement = ["0.1 m", "0 m"]
-[[conditions]]
-on = "block.left"
-displacement.x = "0.1 m"
-[[conditions]]
-on = "block.top"
-traction.y = "0.3 Pa"
-"""
-
-
-def test_held_dofs_are_rows_of_the_bulk(tmp_path):
-    (tmp_path / "case.toml").write_text(CASE)
-    system = discretise(read_case(tmp_path / "case.toml"), MPI.COMM_SELF, Timers()).system
-    held = Held(system)
-    assert len(held.numbers) == 4  # x of both, of the bottom alone, of the left alone; y
-    rng = np.random.default_rng(3)
-    n = system.numbering.n_global
-    residuals, moves = [], []
-    for _ in range(2):
-        values = rng.standard_normal(n + len(held.numbers))
-        moves.append(values)
-        for body, numbers in zip(system.bodies, held.unknown, strict=True):
-            body.u.x.array[:] = values[numbers]
-        out = system.x.duplicate()
-        parts = system.residual(out, [None])
-        residuals.append(held.residual(out.array_r, parts))
-        rows = residuals[-1][n:]
-        np.testing.assert_allclose(held.motions @ rows, system.reactions(parts), atol=1e-13)
-    A = sp.csr_matrix(held.matrix().getValuesCSR()[::-1])
-    np.testing.assert_allclose(
-        A @ (moves[1] - moves[0]), residuals[1] - residuals[0], rtol=0, atol=1e-12
-    )

@@ -1,0 +1,198 @@
+"""The bulk condensed to some of its unknowns: by every rank over its own cells, then all together.
+
+A rank eliminates what only its cells touch. What is left, the kept unknowns and those between the
+ranks, is one dense matrix, the sum of the ranks' Schur complements, in which the latter go as well.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from contactfem.dense import Elimination
+from contactfem.numbering import Floats, Ints
+from contactfem.schur import SchurFactor
+from contactfem.system import System
+
+
+class Substructure:
+    """Factors of the bulk tangent K that give away its Schur complement on kept unknowns.
+
+    Vectors over all unknowns are given and returned as this rank's owned part; those over kept ones
+    are the same on all ranks. Kept numbers may go beyond those of the system.
+
+    Args:
+        system: The bodies.
+        unknown: Numbers of every body's local dofs; negative ones are dropped.
+        kept: Numbers that are kept, ascending, the same on all ranks.
+
+    Attributes:
+        S: The Schur complement of the last `factorise`, (k, k).
+        border: Numbers of the dense matrix, ascending: the kept ones and those between ranks.
+        n_inner: Unknowns that only this rank's cells touch.
+    """
+
+    def __init__(self, system: System, unknown: Sequence[Ints], kept: Ints) -> None:
+        self._system, self._comm, self.kept = system, system.comm, kept
+        cells = [
+            numbers[body.cell_dofs()] for body, numbers in zip(system.bodies, unknown, strict=True)
+        ]
+        touched = np.unique(np.concatenate([dofs.ravel() for dofs in cells]))
+        self._local = local = touched[touched >= 0]
+        self.border = self._common(kept)
+        own = np.isin(local, self.border)
+        self.n_inner = int(np.sum(~own))
+        self._place = np.searchsorted(self.border, local[own])
+        self._kept = np.searchsorted(self.border, kept)
+        size = max(system.numbering.n_global, 1 + int(kept.max(initial=-1)))
+        number = np.full(size + 1, -1, np.int64)  # the last one stands for no unknown
+        number[local] = np.arange(len(local))
+        self._number = [number[numbers] for numbers in unknown]
+        self._K = _matrix([number[dofs] for dofs in cells], len(local))
+        self._factor = SchurFactor(self._K, np.flatnonzero(own), system.is_symmetric)
+        self.S: Floats = np.zeros((len(kept), len(kept)))
+        self._reach = self._scatter()
+
+    def _common(self, kept: Ints) -> Ints:
+        """Numbers that are kept, or that the cells of several ranks touch; collective."""
+        if self._comm.size == 1:
+            return kept
+        n = self._system.numbering.n_global
+        count = np.zeros(n, np.int32)
+        count[self._local[self._local < n]] = 1
+        self._comm.Allreduce(MPI.IN_PLACE, count)
+        return np.union1d(kept, np.flatnonzero(count > 1))
+
+    def _scatter(self) -> tuple[PETSc.Scatter, PETSc.Vec]:
+        """From owned unknowns to those that this rank's cells touch."""
+        numbers = self._local[self._local < self._system.numbering.n_global].astype(np.int32)
+        here = PETSc.Vec().createSeq(len(self._local))
+        places = np.arange(len(numbers), dtype=np.int32)
+        index = [PETSc.IS().createGeneral(a, comm=PETSc.COMM_SELF) for a in (numbers, places)]
+        return PETSc.Scatter().create(self._system.x, index[0], here, index[1]), here
+
+    def assemble(self, jumps: Sequence[Floats | None]) -> None:
+        """Take the bulk tangent at the present state.
+
+        Args:
+            jumps: Of `System.advance` in the first iteration, else all None.
+        """
+        self._K.zeroEntries()
+        for body, jump, number in zip(self._system.bodies, jumps, self._number, strict=True):
+            numbers = PETSc.LGMap().create(number.astype(np.int32), comm=PETSc.COMM_SELF)
+            self._K.setLGMap(numbers, numbers)
+            with body.without(jump):
+                body.add_tangent(self._K)
+        self._K.assemble()
+
+    def factorise(self) -> None:
+        """Factorise what was assembled; collective.
+
+        Raises:
+            PETSc.Error: It could not be, on all ranks.
+        """
+        error = 0
+        try:
+            self._factor.factorise()
+        except PETSc.Error as raised:
+            error = raised.ierr
+        if error := self._comm.allreduce(error, MPI.MAX):
+            raise PETSc.Error(error)
+        if self._comm.size == 1:
+            self.S, self._rest = self._factor.S, None
+            return
+        whole = np.zeros((len(self.border), len(self.border)))
+        whole[np.ix_(self._place, self._place)] = self._factor.S
+        self._comm.Allreduce(MPI.IN_PLACE, whole)
+        self._rest = Elimination(whole, self._kept)
+        self.S = self._rest.S
+
+    def condense(self, owned: Floats, beyond: Floats) -> Floats:
+        """Right-hand side of the kept unknowns, r_k - K_ki K_ii⁻¹ r_i; collective.
+
+        Args:
+            owned: Right-hand side r of the unknowns, this rank's.
+            beyond: Of the kept numbers beyond them, the same on all ranks.
+
+        Returns:
+            Values at `kept`.
+        """
+        return self._condensed(owned, beyond)[2]
+
+    def expand(self, owned: Floats, beyond: Floats, kept: Floats) -> Floats:
+        """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k; collective.
+
+        Args:
+            owned: Right-hand side r of the unknowns, this rank's.
+            beyond: Of the kept numbers beyond them.
+            kept: The kept unknowns x_k.
+
+        Returns:
+            x of the unknowns, this rank's.
+        """
+        inner, condensed, _ = self._condensed(owned, beyond)
+        border = kept if self._rest is None else self._rest.expand(kept)
+        x = self._factor.expand(inner, condensed, border[self._place])
+        result, free = self._system.x.duplicate(), self._local < self._system.numbering.n_global
+        result.setValues(self._local[free].astype(np.int32), x[free])
+        result.assemble()
+        return np.array(result.array_r)
+
+    def _condensed(self, owned: Floats, beyond: Floats) -> tuple[Floats, Floats, Floats]:
+        """This rank's right-hand side, zero on the border, what it is condensed to, and all's."""
+        inner = self._inner(owned)
+        condensed = self._factor.condense(inner)
+        whole = gathered(self._system, owned, self.border)
+        whole[len(whole) - len(beyond) :] = beyond
+        mine = np.zeros(len(whole))
+        mine[self._place] = condensed
+        self._comm.Allreduce(MPI.IN_PLACE, mine)
+        whole += mine
+        return inner, condensed, whole if self._rest is None else self._rest.condense(whole, whole)
+
+    def _inner(self, owned: Floats) -> Floats:
+        """Values of what only this rank's cells touch, in its own numbering."""
+        scatter, here = self._reach
+        source = self._system.x.duplicate()
+        source.array[:] = owned
+        here.set(0.0)
+        scatter.scatter(source, here)
+        result = np.array(here.array_r)
+        result[self._factor.kept] = 0.0
+        return result
+
+
+def gathered(system: System, owned: Floats, numbers: Ints) -> Floats:
+    """Values of some unknowns on all ranks, zero for numbers beyond them; collective.
+
+    Args:
+        system: The bodies.
+        owned: Values of this rank's unknowns.
+        numbers: Numbers, the same on all ranks.
+    """
+    at = numbers - system.numbering.first
+    mine = (at >= 0) & (at < system.numbering.n_local)
+    result = np.zeros(len(numbers))
+    result[mine] = owned[at[mine]]
+    system.comm.Allreduce(MPI.IN_PLACE, result)
+    return result
+
+
+def _matrix(cells: Sequence[Ints], n: int) -> PETSc.Mat:
+    """Zero matrix of this rank alone with the pattern of its cells' dofs."""
+    rows, cols = [np.arange(n)], [np.arange(n)]
+    for dofs in cells:
+        m = dofs.shape[1]
+        rows.append(np.repeat(dofs, m, axis=1).ravel())
+        cols.append(np.tile(dofs, (1, m)).ravel())
+    row, col = np.concatenate(rows), np.concatenate(cols)
+    keep = (row >= 0) & (col >= 0)
+    ones = np.ones(int(keep.sum()), np.int8)
+    pattern = sp.coo_matrix((ones, (row[keep], col[keep])), (n, n)).tocsr()
+    csr = pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32), np.zeros(pattern.nnz)
+    A = PETSc.Mat().createAIJ((n, n), csr=csr, comm=PETSc.COMM_SELF)
+    A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
+    return A
