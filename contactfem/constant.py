@@ -16,7 +16,7 @@ from contactfem.condensed import Condensed
 from contactfem.direct import Iterate
 from contactfem.held import Held
 from contactfem.on_interfaces import OnInterfaces
-from contactfem.substructure import Substructure
+from contactfem.substructure import RightHandSide, Substructure
 from contactfem.surfaces import Floats
 from contactfem.timers import Timers
 
@@ -27,15 +27,12 @@ class _Origin:
 
     Attributes:
         x: Unknowns of the interfaces there [m].
-        residual: Bulk residual there, of this rank's unknowns [N/m].
-        held: And of the held dofs, the same on all ranks [N/m].
-        condensed: What it comes to at the interfaces and held dofs once the interior follows.
+        residual: Bulk residual there [N/m], with what it comes to at the interfaces and held dofs
+            once the interior follows.
     """
 
     x: Floats
-    residual: Floats
-    held: Floats
-    condensed: Floats
+    residual: RightHandSide
 
 
 class Constant(OnInterfaces):
@@ -73,7 +70,7 @@ class Constant(OnInterfaces):
             return
         self.system.spread(x)
         moved = self.gathered(x.array_r) - self._origin.x
-        rows = self._origin.condensed + self._answer @ moved
+        rows = self._origin.residual.kept + self._answer @ moved
         self._reactions = rows[len(moved) :]
         out.set(0.0)
         self.put(out.array, rows[: len(moved)])
@@ -89,10 +86,10 @@ class Constant(OnInterfaces):
         self._inner: Floats = np.zeros(len(self.unknowns))
         if self._origin is None:
             with self.timers.book("solve"):
-                condensed = self._bulk.condense(self._residual, self._reactions)
+                residual = self._bulk.condense(self._residual, self._reactions)
             x = self.gathered(self.system.x.array_r)
-            self._origin = _Origin(x, self._residual, self._reactions, condensed)
-            self._inner = condensed[: len(x)] - self.gathered(self._residual)
+            self._origin = _Origin(x, residual)
+            self._inner = residual.kept[: len(x)] - self.gathered(self._residual)
         self.matrix.fill(self._S, at.conditions)
         self.damping = at.damping
         return self.operator
@@ -120,7 +117,7 @@ class Constant(OnInterfaces):
         moved = np.zeros(len(self._bulk.kept))
         moved[: len(self.unknowns)] = self.gathered(x.array_r) - self._origin.x
         with self.timers.book("solve"):
-            change = self._bulk.expand(-self._origin.residual, -self._origin.held, moved)
+            change = self._bulk.expand(self._origin.residual, -moved)
         change[self.owned] = 0.0
-        x.array[:] += change
+        x.array[:] -= change
         self.system.spread(x)

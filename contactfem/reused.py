@@ -69,8 +69,8 @@ class Reused(OnInterfaces):
 
     def step(self, residual: Floats) -> Floats:
         """Newton's step with the bulk as it was."""
-        right, none = residual.copy(), np.empty(0)
-        right[self.owned] = 0.0
-        inner = self._bulk.condense(right, none)
-        moved = self.solve(inner, self.gathered(residual))
-        return self._bulk.expand(right, none, moved)
+        inside = residual.copy()
+        inside[self.owned] = 0.0
+        right = self._bulk.condense(inside, np.empty(0))
+        moved = self.solve(right.kept, self.gathered(residual))
+        return self._bulk.expand(right, moved)

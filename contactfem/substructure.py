@@ -5,6 +5,7 @@ ranks, is one dense matrix, the sum of the ranks' Schur complements, in which th
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,6 +17,23 @@ from contactfem.dense import Elimination
 from contactfem.numbering import Floats, Ints
 from contactfem.schur import SchurFactor
 from contactfem.system import System
+
+
+@dataclass(frozen=True)
+class RightHandSide:
+    """A right-hand side r.
+
+    Attributes:
+        kept: Condensed to the kept unknowns, (k,), the same on all ranks.
+        border: And to those between ranks, likewise.
+        inner: r of what only this rank's cells touch, zero on its border.
+        mine: What that comes to there.
+    """
+
+    kept: Floats
+    border: Floats
+    inner: Floats
+    mine: Floats
 
 
 class Substructure:
@@ -110,7 +128,7 @@ class Substructure:
         self._rest = Elimination(whole, self._kept)
         self.S = self._rest.S
 
-    def condense(self, owned: Floats, beyond: Floats) -> Floats:
+    def condense(self, owned: Floats, beyond: Floats) -> RightHandSide:
         """Right-hand side of the kept unknowns, r_k - K_ki K_ii⁻¹ r_i; collective.
 
         Args:
@@ -118,40 +136,38 @@ class Substructure:
             beyond: Of the kept numbers beyond them, the same on all ranks.
 
         Returns:
-            Values at `kept`.
+            It, and what `expand` needs.
         """
-        return self._condensed(owned, beyond)[2]
+        inner = self._inner(owned)
+        mine = self._factor.condense(inner)
+        border = gathered(self._system, owned, self.border)
+        border[len(border) - len(beyond) :] = beyond
+        answer = np.zeros(len(border))
+        answer[self._place] = mine
+        self._comm.Allreduce(MPI.IN_PLACE, answer)
+        border += answer
+        kept = border if self._rest is None else self._rest.condense(border, border)
+        return RightHandSide(kept, border, inner, mine)
 
-    def expand(self, owned: Floats, beyond: Floats, kept: Floats) -> Floats:
+    def expand(self, right: RightHandSide, kept: Floats) -> Floats:
         """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k; collective.
 
         Args:
-            owned: Right-hand side r of the unknowns, this rank's.
-            beyond: Of the kept numbers beyond them.
+            right: What `condense` made of r.
             kept: The kept unknowns x_k.
 
         Returns:
             x of the unknowns, this rank's.
         """
-        inner, condensed, _ = self._condensed(owned, beyond)
-        border = kept if self._rest is None else self._rest.expand(kept)
-        x = self._factor.expand(inner, condensed, border[self._place])
+        border = kept
+        if self._rest is not None:
+            self._rest.condense(right.border, right.border)
+            border = self._rest.expand(kept)
+        x = self._factor.expand(right.inner, right.mine, border[self._place])
         result, free = self._system.x.duplicate(), self._local < self._system.numbering.n_global
         result.setValues(self._local[free].astype(np.int32), x[free])
         result.assemble()
         return np.array(result.array_r)
-
-    def _condensed(self, owned: Floats, beyond: Floats) -> tuple[Floats, Floats, Floats]:
-        """This rank's right-hand side, zero on the border, what it is condensed to, and all's."""
-        inner = self._inner(owned)
-        condensed = self._factor.condense(inner)
-        whole = gathered(self._system, owned, self.border)
-        whole[len(whole) - len(beyond) :] = beyond
-        mine = np.zeros(len(whole))
-        mine[self._place] = condensed
-        self._comm.Allreduce(MPI.IN_PLACE, mine)
-        whole += mine
-        return inner, condensed, whole if self._rest is None else self._rest.condense(whole, whole)
 
     def _inner(self, owned: Floats) -> Floats:
         """Values of what only this rank's cells touch, in its own numbering."""

@@ -36,7 +36,8 @@ PARALLEL = """
     body_recovery surfaces directions crosspoints segments mortar motion
     contact balance rim
     elements mechanics numbering system tangent interface coupling condensed saddle stability doubt
-    direct schur held dense substructure interface_matrix on_interfaces constant reused linear_solver newton
+    direct schur held dense substructure interface_matrix on_interfaces constant reused
+    linear_solver newton
     heat heat_interface heat_matrix heat_system thermal
     discretise_heat fields body_meshes discretise diagnosis state staggered heat_record
     observed estimate surface_cells remesh adapt gathering recorder
