@@ -46,8 +46,12 @@ def _problems(case: Case, settings: Adaptivity) -> Iterator[str]:
         for key in ("heat", "time"):
             if getattr(settings, key) is not None:
                 yield f"adaptivity.{key}: heat is not solved for; add [heat]"
+        if settings.aspect != 1.0:
+            yield f"adaptivity.aspect = {settings.aspect:g}: heat is not solved for; add [heat]"
     elif settings.time is not None and case.heat.scheme == "steady":
         yield "adaptivity.time: a steady temperature has no error in time"
+    if settings.aspect != 1.0 and not case.interfaces:
+        yield f"adaptivity.aspect = {settings.aspect:g}: there are no interfaces"
     if not case.mechanics and settings.mechanics is not None:
         yield "adaptivity.mechanics: bodies do not move (mechanics = false)"
 

@@ -43,6 +43,8 @@ def _limits(settings: Adaptivity) -> str:
     contact = ""
     if settings.contact_size is not None:
         contact = f", {engineering(settings.contact_size, 'm')} where bodies may touch"
+    if settings.aspect != 1.0:
+        contact += f", of heat there up to {settings.aspect:g} times longer than thick"
     return (
         f"cells of {low} to {high}{contact}, growing by {settings.growth:g} per length, at most "
         f"{settings.max_cells}; at most {settings.max_remeshes} times per step"

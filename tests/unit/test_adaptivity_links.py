@@ -51,6 +51,12 @@ def case_of(folder, adaptivity, more="", mesh=BLOCK, held="bottom"):
             "adaptivity.size_min = 0.002 m: is larger than size_max = 0.001 m",
         ),
         ('tolerance = "5 %"', 'dimension = "3d"', "only plane bodies have adapted meshes"),
+        (
+            'mechanics = "5 %", aspect = 20',
+            "",
+            "adaptivity.aspect = 20: heat is not solved for; add [heat]",
+        ),
+        ('heat = "5 %", aspect = 20', HEAT, "aspect = 20: there are no interfaces"),
         ('bodies = ["block"]', "", "give a tolerance, or one for mechanics, heat or time"),
     ],
 )
