@@ -32,7 +32,6 @@ UNSETTLED = (
     ", as the contact status does not settle (shorter steps may help, or a c_factor of the "
     "interface and its friction nearer to 1)"
 )
-HALVINGS = 8  # of updates that would turn a cell inside out, in one solve
 LOST = 4  # iterations without the contact that alone holds a body after which it has flown away
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
@@ -183,45 +182,23 @@ class NewtonSolver:
         self.conditions: list[Conditions] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
-        self._before: PETSc.Vec | None = None
         self.linear.begin()
         self._solve_started = 0.0
         try:
             with self.timers.book("newton"):
-                code = self._iterate()
+                self._snes.solve(None, self.system.x)
         except PETSc.Error as error:
             reason = f"linear solver failed (PETSc error {error.ierr})"
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
+        code = self._snes.getConvergedReason()
         if converged := code == CONVERGED:
             with self.timers.book("newton"):
                 self.linear.finish(self.system.x)
-        elif not self._reason and not self._is_number():
+        elif not self._reason and not np.isfinite(self._snes.getFunction()[0].norm()):
             self._reason = TURNED_OVER  # newer versions of PETSc do not ask our test then
         reason = self._reason or f"PETSc SNES reason {code}"
         reason = "" if converged else f"{reason}; {self._reached()}"
         return SolveReport(converged, reason, len(self._residuals) - 1, tuple(self._residuals))
-
-    def _iterate(self) -> int:
-        """Newton's iterations, with half of an update that would turn a cell inside out.
-
-        Not of the first one, which holds what prescribed motions jump by: there the step is cut.
-        """
-        for _ in range(HALVINGS):
-            self._snes.solve(None, self.system.x)
-            if self._before is None or self._is_number():
-                break
-            good = len(self.history) - 1
-            for status in self._statuses[good:]:
-                self._seen[status] -= 1
-            del self.history[good:], self._residuals[good:], self._statuses[good:]
-            self.conditions, self._reason = self.history[-1], ""
-            self._tried.axpby(0.5, 0.5, self._before)
-            self._tried.copy(self.system.x)
-        return int(self._snes.getConvergedReason())
-
-    def _is_number(self) -> bool:
-        """Whether the last residual is one."""
-        return bool(np.isfinite(self._snes.getFunction()[0].norm()))
 
     def _reached(self) -> str:
         """How far the residual got."""
@@ -233,7 +210,7 @@ class NewtonSolver:
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
         """Residual with contact."""
-        first, self._tried = self._evaluations == 0, x.copy()
+        first = self._evaluations == 0
         if not first:  # between the factorisation and here SNES did one solve and one update
             self.timers.add("solve", time.perf_counter() - self._solve_started)
         self._evaluations += 1
@@ -293,7 +270,7 @@ class NewtonSolver:
     def _test(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """Converged when the scaled residual is small and the status stands."""
         norm = norms[2]
-        if not self._residuals:
+        if its == 0:
             self._initial = norm if np.isfinite(norm) else 0.0
         scale = max(self._initial, self._forces())
         self._residuals.append(norm / scale if scale > 0.0 else 0.0)
@@ -301,7 +278,7 @@ class NewtonSolver:
             c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
         )
         stands = bool(self._statuses and self._statuses[-1] == status) or (
-            len(self._residuals) == 1 and self._step.known
+            its == 0 and self._step.known
         )
         # A node on the limit of friction or of contact may change status by round-off for ever:
         # if the residual is small with either status, both describe the same equilibrium.
@@ -328,9 +305,8 @@ class NewtonSolver:
         ):
             self._reason = f"contact that alone holds a body is lost for {LOST} iterations"
             return DIVERGED_ITERATIONS
-        if len(self._residuals) > self.max_iterations:
-            found = f"no convergence in {self.max_iterations} iterations"
-            self._reason = found if stands else found + UNSETTLED
+        if its >= self.max_iterations:
+            self._reason = f"no convergence in {its} iterations{'' if stands else UNSETTLED}"
             return DIVERGED_ITERATIONS
         return None
 
@@ -346,8 +322,6 @@ class NewtonSolver:
         at = Iterate(
             self.conditions, self._jumps, self._damping(), residuals, self.tolerance, settled
         )
-        if self._evaluations > 1:
-            self._before = self._tried
         A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
         self._solve_started = time.perf_counter()

@@ -38,14 +38,6 @@ def test_step_is_cut(tmp_path):
     assert pytest.approx(-80.1e3, rel=5e-3) == Q
 
 
-def test_updates_that_turn_cells_inside_out_are_halved():
-    """Ten facets a step: one cut where the roll starts to move; whole updates need four."""
-    result = run_case(read_case(CASE), MPI.COMM_SELF, None)
-    assert result.converged
-    assert sum(step.cutbacks for step in result.steps) <= 1
-    assert len(result.steps) <= 7
-
-
 def test_step_that_may_not_be_cut_has_a_warning(tmp_path):
     """Its answer is wrong, and said to be."""
     result = roll(tmp_path, "solver.max_cutbacks=0")
