@@ -26,7 +26,7 @@ WIDTH, DPI = 8.0, 100  # of a frame [inch], [1/inch]
 SECONDS = 6.0  # what a film takes
 SHOWN = 98.0  # percentile of stress that the colours reach to: corners have more
 COLOURS = 200  # of a frame
-CLOSE = 20.0  # half-width of the close-up, in cells where it is hottest
+CLOSE = 20.0  # half-width of the close-up, in cells where it is hottest (√(length x thickness))
 ASPECT = 4.0  # width of the close-up over its height
 
 
@@ -125,7 +125,7 @@ def _hot(bodies: Sequence[BodyPicture]) -> _Hot | None:
     theta = hottest.fields["temperature"][:, 0]
     at, high = int(np.argmax(theta)), float(theta.max())
     around = hottest.points[hottest.cells[(hottest.cells == at).any(axis=1)]]
-    size = float(np.ptp(around, axis=1).max(axis=1).mean())
+    size = float(np.sqrt(np.ptp(around, axis=1).prod(axis=1)).mean())
     colours = _Colours("inferno", high or 1.0, scale_for(high or 1.0, "K"), r"$\vartheta$")
     return _Hot(colours, hottest.name, hottest.points[at], CLOSE * size)
 

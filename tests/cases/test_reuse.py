@@ -28,7 +28,7 @@ def small_strain() -> list[object]:
     for path in sorted(CASES.glob("*.toml")):
         for name in (None, *read_case(path).variants):
             case = read_case(path, variant=name)
-            if case.strain == "small" and case.solver.system == "condensed":
+            if case.mechanics and case.strain == "small" and case.solver.system == "condensed":
                 marks = [] if (path.stem, name) in QUICK else [pytest.mark.slow]
                 found.append(pytest.param(path.stem, name, marks=marks, id=f"{path.stem}-{name}"))
     return found
