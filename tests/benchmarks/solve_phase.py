@@ -21,7 +21,22 @@ from contactfem.case import read_case
 from contactfem.results import RunResult, StepReport
 from contactfem.run import run_case
 
-time.perf_counter = time.thread_time  # what all timers look at
+
+
+class Clock:
+    """CPU seconds of this thread without those of looking at the clock, which may be 0.1 ms."""
+
+    def __init__(self) -> None:
+        looks = [time.thread_time() for _ in range(2001)]
+        self._cost, self._looks = (looks[-1] - looks[0]) / 2000, 0
+
+    def __call__(self) -> float:
+        """Seconds."""
+        self._looks += 1
+        return time.thread_time() - self._looks * self._cost
+
+
+time.perf_counter = Clock()  # what all timers look at
 CASES = Path(__file__).parents[2] / "cases"
 REPEATS = 3
 
