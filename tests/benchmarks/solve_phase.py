@@ -22,7 +22,6 @@ from contactfem.results import RunResult, StepReport
 from contactfem.run import run_case
 
 
-
 class Clock:
     """CPU seconds of this thread without those of looking at the clock, which may be 0.1 ms."""
 
