@@ -175,10 +175,11 @@ def test_ranks_agree():
 
 # Found on this case's first meshes. With facets of 3 mm instead of 4 mm on the first tread, and of
 # 0.7 mm instead of 1 mm on later ones, the numbers move by 0.7 % (pressure), 0.4 mm (width), 20 um
-# (front), 1e-4 (friction), 0.5 % (temperature), 5e-4 (work), 0 and 2 (new meshes); on three ranks
-# by 4e-8 at most. The bounds are some twice that, and a facet for the ends of the contact.
+# (front), 1e-4 (friction), 0.5 % (temperature), 5e-4 (work), 0 and 2 (new meshes); with the meshes
+# of another version of gmsh the pressure, of a single node, by 2.1 %; on three ranks all by 4e-8 at
+# most. The bounds are some twice that, a facet for the ends of the contact, 3 % for the pressure.
 REGRESSION = {
-    "pressure": (0.6446e6, 0.015 * 0.6446e6),
+    "pressure": (0.6446e6, 0.03 * 0.6446e6),
     "width": (54.33e-3, 1.0e-3),
     "front": (97.92e-3, 1.0e-3),
     "friction": (10562.0, 2e-4 * 10562.0),
