@@ -126,3 +126,11 @@ def petsc_library() -> ctypes.CDLL:
     except ImportError:
         from dolfinx.utils import get_petsc_lib
     return ctypes.CDLL(str(get_petsc_lib()))
+
+
+def unlock(vector: PETSc.Vec) -> None:
+    """Give back the locks that an error inside PETSc left on a vector: it could not be written."""
+    library, handle, locks = petsc_library(), ctypes.c_void_p(vector.handle), ctypes.c_int()
+    library.VecLockGet(handle, ctypes.byref(locks))
+    for _ in range(locks.value):
+        library.VecLockReadPop(handle)

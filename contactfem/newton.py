@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from contactfem.compat import unlock
 from contactfem.condensed import Condensed, Interface
 from contactfem.contact import Conditions, History
 from contactfem.direct import Direct, Iterate
@@ -188,7 +189,10 @@ class NewtonSolver:
             with self.timers.book("newton"):
                 self._snes.solve(None, self.system.x)
         except PETSc.Error as error:
-            reason = f"linear solver failed (PETSc error {error.ierr})"
+            why = str(error).strip().rpartition("] ")[2]
+            reason = f"linear solver failed (PETSc error {error.ierr}): {why}"
+            unlock(self.system.x)
+            self._snes = self._create()  # the old one keeps vectors of its own locked
             return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
         code = self._snes.getConvergedReason()
         if converged := code == CONVERGED:

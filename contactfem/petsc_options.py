@@ -25,9 +25,7 @@ def configure(
         CaseError: PETSc does not know a value of an option.
     """
     database, users = PETSc.Options(), _users(prefix)
-    for name in database.getAll():
-        if name.startswith(prefix) and name not in users:
-            database.delValue(name)
+    forget(prefix)
     for name, value in options.items():
         if prefix + name not in users:
             database.setValue(prefix + name, value)
@@ -37,6 +35,18 @@ def configure(
     except PETSc.Error as error:
         why = str(error).strip().rpartition("] ")[2]
         raise CaseError(f"{key}: PETSc refuses these options: {why}") from None
+
+
+def forget(*prefixes: str) -> None:
+    """Take back what solvers were told: PETSc warns at its end of what none of them came to use.
+
+    Args:
+        prefixes: of their options.
+    """
+    database = PETSc.Options()
+    for name in database.getAll():
+        if any(name.startswith(p) and name not in _users(p) for p in prefixes):
+            database.delValue(name)
 
 
 @cache

@@ -304,4 +304,7 @@ def closed_form(name: str, parameters: Mapping[str, float]) -> ContactSolution:
     if unknown or missing:
         what = f"unknown {unknown[0]!r}" if unknown else f"missing {missing[0]!r}"
         raise ValueError(f"{what}; {name} takes {', '.join(spec.units)}")
-    return spec.build({**spec.defaults, **parameters})
+    try:
+        return spec.build({**spec.defaults, **parameters})
+    except ArithmeticError as error:
+        raise ValueError(f"{name} has no solution for these values: {error}") from None

@@ -17,6 +17,7 @@ from contactfem.jit_cache import compiling
 from contactfem.keeper import Keeper
 from contactfem.loop import Loop, newton_solver
 from contactfem.outcome import outcome
+from contactfem.petsc_options import forget
 from contactfem.recorder import Recorder
 from contactfem.results import RunResult
 from contactfem.snapshot import meshes
@@ -63,10 +64,12 @@ def run_case(
         Interrupted: The run was asked to stop, and its state is written.
         WriteError: Results cannot be written.
     """
+    invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
     with about(case.path):
-        return _run(
-            case, comm, out, invocation or Invocation(f"contactfem run {case.path}", 0.0), resumed
-        )
+        try:
+            return _run(case, comm, out, invocation, resumed)
+        finally:
+            forget("mech_", "heat_")
 
 
 def _run(

@@ -124,12 +124,15 @@ class MeshFile(Builder):
                 f"{', '.join(kinds or raw.cells) or 'none'}"
             )
         _, cell_type, order = CELLS[kinds[0]]
-        cells = chosen[kinds[0]][:, order]
+        rows = np.asarray(chosen[kinds[0]])
+        if rows.ndim != 2:
+            raise MeshError(f"the {kinds[0]} cells of the file are not lists of vertices")
+        cells = rows[:, order]
         points = raw.points * self.unit
         check_points(points, cells)
-        for kind, rows in raw.cells.items():
-            if kind != "vertex" and len(rows):
-                check_points(points, rows)
+        for kind, others in raw.cells.items():
+            if kind != "vertex" and len(others):
+                check_points(points, others)
         if dim == 2:
             points = _flat(points, cells)
         facet_kinds = {2: ["line"], 3: ["triangle", "quad"]}[dim]

@@ -187,3 +187,14 @@ def test_facets_inside_the_body_are_no_surface(tmp_path: Path) -> None:
     mesh.write(tmp_path / "cut.vtu")
     with pytest.raises(MeshError, match="group '5': 1 of 1 facets are not on the body's boundary"):
         read(tmp_path / "cut.vtu").build()
+
+
+def test_cells_that_are_no_lists_of_vertices(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As meshio reads them from some broken Abaqus files."""
+    (tmp_path / "mesh.inp").write_text("")
+    raw = readers.RawMesh(np.zeros((3, 3)), {"triangle": np.arange(3)}, {})
+    monkeypatch.setattr("contactfem.meshes.file.read_mesh", lambda path: raw)
+    with pytest.raises(MeshError, match="triangle cells of the file are not lists of vertices"):
+        read(tmp_path / "mesh.inp").build()

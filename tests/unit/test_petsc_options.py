@@ -5,7 +5,7 @@ import pytest
 from petsc4py import PETSc
 
 from contactfem.errors import CaseError
-from contactfem.petsc_options import configure
+from contactfem.petsc_options import configure, forget
 
 
 @pytest.fixture
@@ -50,3 +50,10 @@ def test_options_of_one_case_do_not_reach_the_next(prefix):
 def test_what_petsc_refuses_is_an_error_of_the_case(prefix):
     with pytest.raises(CaseError, match=r"solver\.petsc: PETSc refuses these options"):
         configure(solver(), prefix, {"ksp_type": "nonsense"}, "solver.petsc")
+
+
+def test_what_solvers_were_told_is_taken_back(prefix):
+    configure(solver(), prefix, {"ksp_type": "cg"}, "solver.petsc")
+    assert f"{prefix}ksp_type" in PETSc.Options().getAll()
+    forget(prefix)
+    assert not [name for name in PETSc.Options().getAll() if name.startswith(prefix)]

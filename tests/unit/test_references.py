@@ -118,6 +118,10 @@ def test_case_files_reach_every_closed_form():
             },
             "give effective_modulus, or",
         ),
+        (
+            {"load": 0.0, "radius": 1.0, "effective_modulus": 1.0},
+            "hertz_line has no solution for these values: float division by zero",
+        ),
     ],
 )
 def test_parameters_that_do_not_fit(parameters, message):
