@@ -1,5 +1,7 @@
 """What a run hands over at its end: everything gathered on the first rank."""
 
+import time
+
 from contactfem.case import Case
 from contactfem.checkpoint import Progress
 from contactfem.discretise import Discretisation
@@ -15,6 +17,7 @@ def outcome(
     state: State,
     progress: Progress,
     timers: Timers,
+    start: float,
     message: str,
 ) -> RunResult:
     """Result of a run; collective.
@@ -25,6 +28,7 @@ def outcome(
         state: The last good state.
         progress: The steps up to there.
         timers: Where time was booked.
+        start: When the run started, by `time.perf_counter` [s].
         message: Why the end was not reached; empty if it was.
 
     Returns:
@@ -47,6 +51,7 @@ def outcome(
     }
     if discretisation.heat is not None:
         sizes["temperatures"] = discretisation.heat.system.numbering.n_global
+    timers.add("total", time.perf_counter() - start)
     seconds = dict(timers.seconds)
     seconds["contact"] = sum(v for k, v in seconds.items() if k.startswith("contact."))
     return RunResult(

@@ -99,9 +99,8 @@ def _run(
                 loop.restore(resumed)
             message = loop.run()
             loop.flush()
-            timers.add("total", time.perf_counter() - start)
             last = loop.discretisation, loop.state, loop.progress()
-            result = outcome(case, *last, timers, message)
+            result = outcome(case, *last, timers, start, message)
             if loop.adaptation is not None:
                 first, present = loop.adaptation.first_meshes, loop.adaptation.last_meshes
                 result = replace(result, first_meshes=first, last_meshes=present)
