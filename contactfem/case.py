@@ -99,8 +99,7 @@ class Adaptivity(Model):
     of interfaces, for pressures that are finer than the stress asks for. `aspect` lets new thermal
     cells there be so many times longer than thick, up to `contact_size` if that is given: a thin
     layer of heat then needs few cells. Errors are judged after `start`; those of heat and time as
-    soon as temperatures are further apart than
-    `least_temperature`: next to no heat needs no mesh.
+    soon as temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
     """
 
     tolerance: Ratio | None = None

@@ -129,7 +129,11 @@ def petsc_library() -> ctypes.CDLL:
 
 
 def unlock(vector: PETSc.Vec) -> None:
-    """Give back the locks that an error inside PETSc left on a vector: it could not be written."""
+    """Give back the locks that an error inside PETSc left on a vector: it could not be written.
+
+    Args:
+        vector: The vector.
+    """
     library, handle, locks = petsc_library(), ctypes.c_void_p(vector.handle), ctypes.c_int()
     library.VecLockGet(handle, ctypes.byref(locks))
     for _ in range(locks.value):

@@ -41,20 +41,18 @@ class Constant(OnInterfaces):
     Args:
         equations: The system, condensed, of a linear bulk with interfaces.
         timers: Where time is booked.
+
+    Attributes:
+        bulk: The bulk, condensed.
     """
 
     def __init__(self, equations: Condensed, timers: Timers) -> None:
         super().__init__(equations, timers)
         self._held = Held(self.system)
         kept = np.concatenate((self.unknowns, self._held.numbers))
-        self._bulk = Substructure(self.system, self._held.unknown, kept)
+        self.bulk = Substructure(self.system, self._held.unknown, kept)
         self._factorised = False
         self._origin: _Origin | None = None
-
-    @property
-    def bulk(self) -> Substructure:
-        """The bulk, condensed."""
-        return self._bulk
 
     def begin(self) -> None:
         """Forget the last solve; its factor stays."""
@@ -86,7 +84,7 @@ class Constant(OnInterfaces):
         self._inner: Floats = np.zeros(len(self.unknowns))
         if self._origin is None:
             with self.timers.book("solve"):
-                residual = self._bulk.condense(self._residual, self._reactions)
+                residual = self.bulk.condense(self._residual, self._reactions)
             x = self.gathered(self.system.x.array_r)
             self._origin = _Origin(x, residual)
             self._inner = residual.kept[: len(x)] - self.gathered(self._residual)
@@ -97,11 +95,11 @@ class Constant(OnInterfaces):
     def _factorise(self) -> None:
         """Factor of the bulk that gives the interfaces and the reactions away."""
         with self.timers.book("assembly"):
-            self._bulk.assemble([None] * len(self.system.bodies))
+            self.bulk.assemble([None] * len(self.system.bodies))
         with self.timers.book("factorisation"):
-            self._bulk.factorise()
+            self.bulk.factorise()
         self._factorised = True
-        self._answer = self._bulk.S[:, : len(self.unknowns)]  # with the rows of the held dofs
+        self._answer = self.bulk.S[:, : len(self.unknowns)]  # with the rows of the held dofs
         self._S = self._answer[: len(self.unknowns)]
 
     def step(self, residual: Floats) -> Floats:
@@ -114,10 +112,10 @@ class Constant(OnInterfaces):
         """Let the interior follow, and the bodies."""
         if self._origin is None:
             return
-        moved = np.zeros(len(self._bulk.kept))
+        moved = np.zeros(len(self.bulk.kept))
         moved[: len(self.unknowns)] = self.gathered(x.array_r) - self._origin.x
         with self.timers.book("solve"):
-            change = self._bulk.expand(self._origin.residual, -moved)
+            change = self.bulk.expand(self._origin.residual, -moved)
         change[self.owned] = 0.0
         x.array[:] -= change
         self.system.spread(x)

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 from contactfem.heat import HeatBody
 from contactfem.heat_interface import HeatExchange, HeatInterface
 from contactfem.numbering import Floats, Ints, Unknowns
-from contactfem.petsc_options import configure
+from contactfem.petsc_options import HEAT, configure
 from contactfem.time_schemes import TimeScheme
 
 SOLVER = {
@@ -53,7 +53,7 @@ class StageMatrix:
         self._x = self._b.duplicate()
         self._ksp = PETSc.KSP().create(unknowns.comm)
         kind = {"pc_type": "cholesky" if s == 1 else "lu"}  # one stage: symmetric
-        configure(self._ksp, "heat_", SOLVER | kind | dict(options), "heat.petsc")
+        configure(self._ksp, HEAT, SOLVER | kind | dict(options), "heat.petsc")
         self._ksp.setErrorIfNotConverged(True)
         self.size = 0.0
 

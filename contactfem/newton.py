@@ -16,7 +16,7 @@ from contactfem.direct import Direct, Iterate
 from contactfem.doubt import doubt
 from contactfem.laws import Status, Trial
 from contactfem.linear_solver import linear_solver
-from contactfem.petsc_options import configure
+from contactfem.petsc_options import MECHANICS, configure
 from contactfem.saddle import Saddle
 from contactfem.surfaces import Floats
 from contactfem.system import System
@@ -126,7 +126,7 @@ class NewtonSolver:
         snes.setConvergenceTest(self._test)
         snes.setTolerances(stol=0.0, max_it=self.max_iterations + 1)  # only our test says the end
         options = {"snes_linesearch_type": "basic"} | dict(self.linear.options)
-        configure(snes, "mech_", options, "solver.petsc")
+        configure(snes, MECHANICS, options, "solver.petsc")
         snes.setJacobian(self._jacobian, self.linear.attach(snes))
         return snes
 

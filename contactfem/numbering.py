@@ -160,6 +160,19 @@ def number(
     return Numbering(tuple(unknown), np.arange(len(grips)), multipliers, first, n_local, n_global)
 
 
+def pairs(dofs: Ints) -> tuple[Ints, Ints]:
+    """Rows and columns of all entries of element matrices.
+
+    Args:
+        dofs: Dofs of every cell, (cells, m).
+
+    Returns:
+        Both, (cells m m,).
+    """
+    m = dofs.shape[1]
+    return np.repeat(dofs, m, axis=1).ravel(), np.tile(dofs, (1, m)).ravel()
+
+
 class Unknowns:
     """Vector and matrix of the unknowns of several bodies.
 
@@ -264,13 +277,9 @@ class Unknowns:
         return pattern
 
     def _bulk_pattern(self, fields: Sequence[Field]) -> sp.csr_matrix:
-        rows, cols = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-        for field, unknown in zip(fields, self.numbering.unknown, strict=True):
-            dofs = unknown[field.cell_dofs()]
-            m = dofs.shape[1]
-            rows.append(np.repeat(dofs, m, axis=1).ravel())
-            cols.append(np.tile(dofs, (1, m)).ravel())
         diagonal = self.numbering.first + np.arange(self.numbering.n_local)
-        rows.append(diagonal)
-        cols.append(diagonal)
-        return self.collect_pattern(np.concatenate(rows), np.concatenate(cols))
+        entries: list[tuple[Ints, Ints]] = [(diagonal, diagonal)]
+        for field, unknown in zip(fields, self.numbering.unknown, strict=True):
+            entries.append(pairs(unknown[field.cell_dofs()]))
+        rows, cols = (np.concatenate(part) for part in zip(*entries, strict=True))
+        return self.collect_pattern(rows, cols)

@@ -6,12 +6,12 @@ unknowns are this rank's owned part.
 
 import numpy as np
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.condensed import Condensed
 from contactfem.direct import Direct
 from contactfem.interface_matrix import InterfaceMatrix, interface_unknowns
+from contactfem.substructure import gathered
 from contactfem.surfaces import Floats
 from contactfem.timers import Timers
 
@@ -65,10 +65,7 @@ class OnInterfaces(Direct):
 
     def gathered(self, owned: Floats) -> Floats:
         """Values at `unknowns`, the same on all ranks, from those of this rank's; collective."""
-        result = np.zeros(len(self.unknowns))
-        result[self._mine] = owned[self.owned]
-        self.system.comm.Allreduce(MPI.IN_PLACE, result)
-        return result
+        return gathered(self.system, owned, self.unknowns)
 
     def put(self, owned: Floats, values: Floats) -> None:
         """Write values at `unknowns` into those of this rank's unknowns."""

@@ -7,6 +7,8 @@ from petsc4py import PETSc
 
 from contactfem.errors import CaseError
 
+MECHANICS, HEAT = "mech_", "heat_"  # prefixes
+
 
 def configure(
     solver: PETSc.SNES | PETSc.KSP, prefix: str, options: Mapping[str, str], key: str

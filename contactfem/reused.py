@@ -24,17 +24,15 @@ class Reused(OnInterfaces):
     Args:
         equations: The system, condensed, with interfaces.
         timers: Where time is booked.
+
+    Attributes:
+        bulk: The bulk, condensed.
     """
 
     def __init__(self, equations: Condensed, timers: Timers) -> None:
         super().__init__(equations, timers)
-        self._bulk = Substructure(self.system, self.system.numbering.unknown, self.unknowns)
+        self.bulk = Substructure(self.system, self.system.numbering.unknown, self.unknowns)
         self._new = self._unsolved = True
-
-    @property
-    def bulk(self) -> Substructure:
-        """The bulk, condensed."""
-        return self._bulk
 
     def begin(self) -> None:
         """Begin a new solve, with a new factor if the last one failed."""
@@ -52,17 +50,17 @@ class Reused(OnInterfaces):
         """
         if self._new or (at.settled and worth_renewing(at.residuals, at.tolerance)):
             with self.timers.book("assembly"):
-                self._bulk.assemble(at.jumps)
+                self.bulk.assemble(at.jumps)
             with self.timers.book("factorisation"):
                 self._renew()
-        self.matrix.fill(self._bulk.S, at.conditions)
+        self.matrix.fill(self.bulk.S, at.conditions)
         self.damping = at.damping
         return self.operator
 
     def _renew(self) -> None:
         """Factorise the bulk tangent; the next linear system asks again if that fails."""
         try:
-            self._bulk.factorise()
+            self.bulk.factorise()
             self._new = False
         except PETSc.Error as error:
             self._new, self.failure = True, f"no factor of the bulk (PETSc error {error.ierr})"
@@ -71,6 +69,6 @@ class Reused(OnInterfaces):
         """Newton's step with the bulk as it was."""
         inside = residual.copy()
         inside[self.owned] = 0.0
-        right = self._bulk.condense(inside, np.empty(0))
+        right = self.bulk.condense(inside, np.empty(0))
         moved = self.solve(right.kept, self.gathered(residual))
-        return self._bulk.expand(right, moved)
+        return self.bulk.expand(right, moved)

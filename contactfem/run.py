@@ -17,7 +17,7 @@ from contactfem.jit_cache import compiling
 from contactfem.keeper import Keeper
 from contactfem.loop import Loop, newton_solver
 from contactfem.outcome import outcome
-from contactfem.petsc_options import forget
+from contactfem.petsc_options import HEAT, MECHANICS, forget
 from contactfem.recorder import Recorder
 from contactfem.results import RunResult
 from contactfem.snapshot import meshes
@@ -69,7 +69,7 @@ def run_case(
         try:
             return _run(case, comm, out, invocation, resumed)
         finally:
-            forget("mech_", "heat_")
+            forget(MECHANICS, HEAT)
 
 
 def _run(

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
+from contactfem.meshes.size_field import flat_lengths
 from contactfem.recovery import Floats, Ints
 from contactfem.relative_error import RelativeError
 
@@ -41,7 +42,7 @@ class SizeLimits:
 
     def lengths(self, sizes: Floats) -> Floats:
         """Lengths of cells along surfaces [m] from sizes at the vertices [m], (n,)."""
-        return np.asarray(np.maximum(np.minimum(self.aspect * sizes, self.longest), sizes))
+        return flat_lengths(sizes, self.aspect, self.longest)
 
 
 def cell_sizes(points: Floats, cells: Ints) -> Floats:

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.dense import Elimination
-from contactfem.numbering import Floats, Ints
+from contactfem.numbering import Floats, Ints, pairs
 from contactfem.schur import SchurFactor
 from contactfem.system import System
 
@@ -199,12 +199,8 @@ def gathered(system: System, owned: Floats, numbers: Ints) -> Floats:
 
 def _matrix(cells: Sequence[Ints], n: int) -> PETSc.Mat:
     """Zero matrix of this rank alone with the pattern of its cells' dofs."""
-    rows, cols = [np.arange(n)], [np.arange(n)]
-    for dofs in cells:
-        m = dofs.shape[1]
-        rows.append(np.repeat(dofs, m, axis=1).ravel())
-        cols.append(np.tile(dofs, (1, m)).ravel())
-    row, col = np.concatenate(rows), np.concatenate(cols)
+    diagonal = np.arange(n), np.arange(n)
+    row, col = map(np.concatenate, zip(diagonal, *(pairs(dofs) for dofs in cells), strict=True))
     keep = (row >= 0) & (col >= 0)
     ones = np.ones(int(keep.sum()), np.int8)
     pattern = sp.coo_matrix((ones, (row[keep], col[keep])), (n, n)).tocsr()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from contactfem.meshes.curves import Boundary, Curve
 from contactfem.meshes.data import Floats, Ints
 from contactfem.meshes.division import Division
-from contactfem.meshes.size_field import SizeField
+from contactfem.meshes.size_field import SizeField, flat_lengths
 
 Bools = NDArray[np.bool_]
 
@@ -39,8 +39,7 @@ class Layers:
 
     def facets(self, sizes: Floats) -> Floats:
         """Lengths of facets [m] where cells are as thick as `sizes` [m]."""
-        flat = np.minimum(self.aspect * sizes, self.longest)
-        return np.asarray(np.maximum(flat, sizes))
+        return flat_lengths(sizes, self.aspect, self.longest)
 
     def mean(self, sizes: Floats) -> Floats:
         """Sizes of equilateral triangles with the areas of flat cells [m]."""

@@ -137,6 +137,20 @@ class SizeField:
         return point, cell[inside][once], share[inside][once]
 
 
+def flat_lengths(sizes: Floats, aspect: float | Floats, longest: float) -> Floats:
+    """Lengths of flat cells, max(h, min(a h, l)).
+
+    Args:
+        sizes: their thicknesses h [m], (n,).
+        aspect: largest length over thickness a [-], one or (n,).
+        longest: length l that they do not exceed [m].
+
+    Returns:
+        The lengths [m], (n,).
+    """
+    return np.asarray(np.maximum(np.minimum(aspect * sizes, longest), sizes))
+
+
 def size_field(data: MeshData, sizes: Floats) -> SizeField:
     """Size field on the triangles of a mesh, or on the halves of its quadrilaterals.
 

@@ -8,6 +8,10 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from scipy.spatial import Delaunay
 
+from contactfem.recovery import patches
+from contactfem.relative_error import RelativeError
+from contactfem.space_error import quadrature, relative_error, squared_errors, squared_norms
+
 GAUSS = np.polynomial.legendre.leggauss(4)
 
 
@@ -86,6 +90,35 @@ def solve(
     rest = (load - matrix @ result)[free]
     result[free] = scipy.sparse.linalg.spsolve(matrix[free][:, free].tocsc(), rest)
     return result
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """Squares of the estimated errors of cells, the relative error, and the true one."""
+
+    errors: np.ndarray
+    estimate: RelativeError
+    true: RelativeError
+
+
+def estimated(
+    plate: Plate,
+    outside: np.ndarray,
+    temperature: Callable[[np.ndarray], np.ndarray],
+    gradient: Callable[[np.ndarray], np.ndarray],
+    source: Callable[[np.ndarray], np.ndarray],
+) -> Estimated:
+    """Solve for an exact temperature, held at the vertices outside, and estimate the error."""
+    rule = quadrature(plate.points, plate.cells)
+    load = np.zeros(len(plate.points))
+    np.add.at(load, plate.cells, (rule.weights * source(rule.x)) @ rule.shapes)
+    T = solve(plate.stiffness(), load, outside, temperature(plate.points[outside]))
+    samples = plate.flux(T)
+    nodal = patches(plate.points, plate.cells).fit(samples)[:, 0]
+    errors = squared_errors(rule, plate.cells, nodal, samples)
+    norms = squared_norms(rule, samples)
+    true = squared_norms(rule, -gradient(rule.x) - samples[:, None, :])
+    return Estimated(errors, relative_error(errors, norms), relative_error(true, norms))
 
 
 @dataclass(frozen=True)

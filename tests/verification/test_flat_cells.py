@@ -4,13 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from verification.p1_conduction import Plate, solve
+from verification.p1_conduction import Plate, estimated
 
 from contactfem.meshes.block import Block
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import size_field as on_mesh
-from contactfem.recovery import patches
 from contactfem.relative_error import RelativeError
 from contactfem.sizes import (
     SizeLimits,
@@ -20,7 +19,6 @@ from contactfem.sizes import (
     size_field,
     thicknesses,
 )
-from contactfem.space_error import quadrature, relative_error, squared_errors, squared_norms
 
 LAYER, WAVE = 1e-3, 2.0 * np.pi
 BODY = Block(width="1 m", height="1 m", nx=10, ny=10, cell="triangle")
@@ -52,18 +50,10 @@ class Found:
 
 
 def found(data: MeshData) -> Found:
-    plate = Plate(data.points, data.cells)
-    rule = quadrature(plate.points, plate.cells)
-    load = np.zeros(len(plate.points))
-    np.add.at(load, plate.cells, (rule.weights * source(rule.x)) @ rule.shapes)
     outside = np.unique([v for group in data.groups.values() for v in group.ravel()])
-    T = solve(plate.stiffness(), load, outside, temperature(plate.points[outside]))
-    samples = plate.flux(T)
-    nodal = patches(plate.points, plate.cells).fit(samples)[:, 0]
-    errors = squared_errors(rule, plate.cells, nodal, samples)
-    norms = squared_norms(rule, samples)
-    true = squared_norms(rule, -gradient(rule.x) - samples[:, None, :])
-    return Found(data, errors, relative_error(errors, norms), relative_error(true, norms))
+    plate = Plate(data.points, data.cells)
+    found = estimated(plate, outside, temperature, gradient, source)
+    return Found(data, found.errors, found.estimate, found.true)
 
 
 def adapted(aspect: float, tolerance: float) -> Found:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator
-from verification.p1_conduction import Plate, solve
+from verification.p1_conduction import Plate, estimated
 
 from contactfem.meshes.gmsh_session import gmsh_session
-from contactfem.recovery import patches
 from contactfem.relative_error import RelativeError
 from contactfem.sizes import (
     SizeLimits,
@@ -20,7 +19,6 @@ from contactfem.sizes import (
     predicted_error,
     size_field,
 )
-from contactfem.space_error import quadrature, relative_error, squared_errors, squared_norms
 
 WIDTH, CENTRE = 0.1, np.array([0.4, 0.55])
 LIMITS = SizeLimits(smallest=1e-4, largest=0.2, growth=0.5, cells=10**6, coarsening=4.0)
@@ -68,18 +66,9 @@ class Found:
 
 
 def found(plate: Plate) -> Found:
-    rule = quadrature(plate.points, plate.cells)
-    load = np.zeros(len(plate.points))
-    np.add.at(load, plate.cells, (rule.weights * source(rule.x)) @ rule.shapes)
     sides = [plate.at_edge(axis, value) for axis in (0, 1) for value in (0.0, 1.0)]
-    outside = np.unique(np.concatenate(sides))
-    T = solve(plate.stiffness(), load, outside, temperature(plate.points[outside]))
-    samples = plate.flux(T)
-    nodal = patches(plate.points, plate.cells).fit(samples)[:, 0]
-    errors = squared_errors(rule, plate.cells, nodal, samples)
-    norms = squared_norms(rule, samples)
-    true = squared_norms(rule, -gradient(rule.x) - samples[:, None, :])
-    return Found(plate, errors, relative_error(errors, norms), relative_error(true, norms))
+    found = estimated(plate, np.unique(np.concatenate(sides)), temperature, gradient, source)
+    return Found(plate, found.errors, found.estimate, found.true)
 
 
 def wanted(state: Found, tolerance: float) -> np.ndarray:
