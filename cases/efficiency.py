@@ -1,6 +1,6 @@
 """Two temperatures that are known: what a case needs of them, as functions of place and time."""
 
-from contactfem.manufactured import MovingGaussian, SuddenSwitch
+from contactfem.verification.manufactured import MovingGaussian, SuddenSwitch
 
 K, CAPACITY = 0.2, 2.0  # conductivity [W/m/K], heat capacity [J/m³/K]
 SPOT = MovingGaussian(K, CAPACITY)

@@ -1,5 +1,5 @@
 """`python3 -m contactfem` is `contactfem`."""
 
-from contactfem.cli import main
+from contactfem.cli.main import main
 
 raise SystemExit(main())

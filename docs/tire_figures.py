@@ -16,11 +16,12 @@ from matplotlib.collections import LineCollection, TriMesh
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from contactfem.case import Case, read_case
-from contactfem.charts import BLUE, GREEN, GREY, INK, RED, STYLE
-from contactfem.magnification import cell_edges, triangles
-from contactfem.results import BodyPicture, FloatArray
-from contactfem.snapshots import Snapshot, read_snapshot, snapshot_files
+from contactfem.case.read import read_case
+from contactfem.case.schema import Case
+from contactfem.output.figures.deformation import cell_edges, triangles
+from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files
+from contactfem.output.figures.style import BLUE, GREEN, GREY, INK, RED, STYLE
+from contactfem.results.data import BodyPicture, FloatArray
 
 MM, MS = 1e3, 1e3  # per metre, per second
 CASE = Path(__file__).parents[1] / "cases" / "tire.toml"

@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge
 from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
-from contactfem.units import Length
 
 Ratio = Annotated[float, Field(ge=1e-6, le=1e6)]
 SAME_LINE = 1e-9  # relative to the width

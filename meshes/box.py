@@ -4,9 +4,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.data import CellName, Floats, Ints, MeshData, boundary_facets, mesh_data
-from contactfem.units import Length
 
 # Six tetrahedra around the diagonal of a cube from vertex 0 to vertex 7 (tensor order).
 TETRAHEDRA = np.array(

@@ -7,13 +7,13 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from contactfem.common.units import Length
 from contactfem.errors import MeshError
-from contactfem.meshes.adapt import adapt
+from contactfem.meshes.adapted_mesh import adapt
 from contactfem.meshes.curves import Boundary
 from contactfem.meshes.data import CellName, Floats, MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import SizeField
-from contactfem.units import Length
 
 PositiveLength = Annotated[Length, Field(gt=0)]
 Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
+from contactfem.common.units import Length
 from contactfem.errors import MeshError
 from contactfem.meshes.builder import Builder
 from contactfem.meshes.curves import Boundary
@@ -22,8 +23,7 @@ from contactfem.meshes.data import (
     mesh_data,
 )
 from contactfem.meshes.readers import RawMesh, read_mesh
-from contactfem.meshes.walk import reconstructed
-from contactfem.units import Length
+from contactfem.meshes.reconstruct import reconstructed
 
 # A cell's name in files: its dimension, our name, its vertices in dolfinx order.
 CELLS: dict[str, tuple[int, CellName, list[int]]] = {

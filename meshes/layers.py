@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from contactfem.meshes.boundary_nodes import Division
 from contactfem.meshes.curves import Boundary, Curve
 from contactfem.meshes.data import Floats, Ints
-from contactfem.meshes.division import Division
 from contactfem.meshes.size_field import SizeField, flat_lengths
 
 Bools = NDArray[np.bool_]
@@ -170,7 +170,9 @@ def _columns(
 
 def _with_room(columns: _Columns, division: Division, field: SizeField) -> Ints:
     """Numbers of rows above which there is room for as many again, and more."""
-    from contactfem.nearest import NearestFacets  # scipy, not before a mesh is adapted
+    from contactfem.geometry.closest_point import (
+        NearestFacets,  # scipy, not before a mesh is adapted
+    )
 
     facets = np.concatenate([np.column_stack([k, np.roll(k, -1)]) for k in division.loops])
     boundary, counts = NearestFacets(division.nodes, facets), columns.counts

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.boxes import BoxTree
 from contactfem.errors import MeshError
+from contactfem.geometry.bounding_boxes import BoxTree
 from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from contactfem.nearest import NearestFacets
+    from contactfem.geometry.closest_point import NearestFacets
 
 EQUILATERAL = np.sqrt(3.0) / 4.0  # area of a triangle of side 1
 INSIDE = -1e-9  # barycentric coordinate above which a point counts as inside
@@ -119,7 +119,9 @@ class SizeField:
     @cached_property
     def _boundary(self) -> tuple[Ints, NearestFacets]:
         """Facets (k, 2) on the boundary, searched for the nearest one."""
-        from contactfem.nearest import NearestFacets  # scipy, not before a mesh is adapted
+        from contactfem.geometry.closest_point import (
+            NearestFacets,  # scipy, not before a mesh is adapted
+        )
 
         edges = boundary_facets(self.cells, "triangle")
         return edges, NearestFacets(self.points, edges)

@@ -5,12 +5,12 @@ from typing import Literal
 
 import numpy as np
 
+from contactfem.common.units import Length
 from contactfem.meshes.block import Structured, rectangle
 from contactfem.meshes.builder import PositiveLength
 from contactfem.meshes.curves import Boundary, Parametric, equal_parts, line
 from contactfem.meshes.data import Floats, MeshData
 from contactfem.meshes.grid import grid
-from contactfem.units import Length
 
 KNOTS = 32  # per wavelength, where the exact boundary is sampled
 

@@ -33,7 +33,7 @@ def chains() -> Callable[..., Any]:
     The nonmortar body lies below and the walk runs from x = 1 to 0; the mortar one covers `span`.
     `held` names components (node, axis) that contact cannot move.
     """
-    from contactfem.surfaces import InterfaceMesh
+    from contactfem.mortar.interface_mesh import InterfaceMesh
 
     def make(
         nonmortar: int = 7,

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from contactfem.case_reference import case_schema, reference_page, unexplained
-from contactfem.cli import main
+from contactfem.cli.key_reference import case_schema, reference_page, unexplained
+from contactfem.cli.main import main
 from contactfem.meshes.size_field import SizeField
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -37,8 +37,8 @@ def run(path, *changes, out=None):
     """Run a case file quietly and return its results."""
     from mpi4py import MPI
 
-    from contactfem.case import read_case
-    from contactfem.run import run_case
+    from contactfem.case.read import read_case
+    from contactfem.run.driver import run_case
 
     result = run_case(read_case(path, changes), MPI.COMM_SELF, out)
     assert result.converged, result.message
@@ -240,9 +240,9 @@ def test_a_run_with_a_builder_of_ones_own(examples):
     """The narrow top of a trapezoid is pressed: the force is that of the same mesh from a file."""
     from mpi4py import MPI
 
-    from contactfem.case import read_case
-    from contactfem.mesh_files import write_msh
-    from contactfem.run import run_case
+    from contactfem.case.read import read_case
+    from contactfem.output.mesh_files import write_msh
+    from contactfem.run.driver import run_case
 
     Trapezoid = runpy.run_path(str(EXAMPLES / "trapezoid.py"))["Trapezoid"]
     solid = Trapezoid(width=0.02, top_width=0.012, height=0.01, nx=8, ny=4)

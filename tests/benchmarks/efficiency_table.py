@@ -16,9 +16,9 @@ from verification.watched import watch
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.manufactured import MovingGaussian
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.run.driver import run_case
+from contactfem.verification.manufactured import MovingGaussian
 
 CASE = Path(__file__).parents[2] / "cases" / "efficiency.toml"
 END = 0.1  # s, a tenth of a turn

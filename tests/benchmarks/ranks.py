@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from contactfem.trial import ASIDE, QUIET
+from contactfem.study.process import ASIDE, QUIET
 
 CASE = Path(__file__).parents[2] / "cases" / "block.toml"
 REPEATS = 3

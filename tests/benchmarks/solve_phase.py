@@ -17,9 +17,9 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.results import RunResult, StepReport
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult, StepReport
+from contactfem.run.driver import run_case
 
 
 class Clock:

@@ -13,8 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from contactfem.segments import cut, find_pairs
-from contactfem.surfaces import InterfaceMesh, nodal_normals
+from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.mortar.segments import cut, find_pairs
 
 RADIUS = 3.0  # of the search, in facets
 

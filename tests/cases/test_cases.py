@@ -6,9 +6,9 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.expect import judge, measure
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.expectations import judge, measure
+from contactfem.run.driver import run_case
 
 CASES = Path(__file__).parents[2] / "cases"
 SLOW = {  # variants that take long, None for the case itself; all where none is named

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from contactfem.case import read_case
-from contactfem.suite import judged
+from contactfem.case.read import read_case
+from contactfem.study.suite import judged
 
 HARD = Path(__file__).parents[2] / "cases" / "hard"
 SLOW = {("long_steps", "usual")}  # more than 10 s

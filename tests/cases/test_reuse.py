@@ -7,10 +7,10 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem import linear_solver
-from contactfem.case import read_case
-from contactfem.results import InterfaceTable, RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import InterfaceTable, RunResult
+from contactfem.run.driver import run_case
+from contactfem.solvers import choice as linear_solver
 
 CASES = Path(__file__).parents[2] / "cases"
 AMPLIFIED = 100.0  # what a residual is worth in displacements where a body is slender or stiff

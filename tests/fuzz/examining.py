@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
-from contactfem.cli import main
+from contactfem.cli.main import main
 from contactfem.errors import ExitCode
 
 LONGEST = 600  # characters of a message's line

@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 
 from mpi4py import MPI
 
-from contactfem.case import Case, read_case
+from contactfem.case.read import read_case
+from contactfem.case.schema import Case
 from contactfem.errors import ContactfemError
-from contactfem.run import run_case
+from contactfem.run.driver import run_case
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 SMALL = tuple(DATA / f"{name}.toml" for name in ("two_blocks", "warm_blocks", "pressed_ball"))

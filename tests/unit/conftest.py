@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from contactfem.interface_laws import Friction
-from contactfem.references import cattaneo_mindlin, effective_modulus
-from contactfem.results import BodyPicture, InterfaceTable, RunResult, StepReport
+from contactfem.case.interface_laws import Friction
+from contactfem.results.data import BodyPicture, InterfaceTable, RunResult, StepReport
+from contactfem.verification.contact import cattaneo_mindlin, effective_modulus
 
 LOAD, SHEAR, FRICTION, RADIUS = 10e3, 0.93622e3, 0.2, 8e-3
 MODULUS = effective_modulus(200e6, 0.3, 200e6, 0.3)

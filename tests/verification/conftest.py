@@ -8,9 +8,9 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult
+from contactfem.run.driver import run_case
 
 CASES = Path(__file__).parents[2] / "cases"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from verification.watched import subdivided, vertex_temperatures
 
-from contactfem.space_error import quadrature
+from contactfem.adaptivity.recovery.norms import quadrature
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # of a step in time
 

@@ -8,9 +8,14 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from scipy.spatial import Delaunay
 
-from contactfem.recovery import patches
-from contactfem.relative_error import RelativeError
-from contactfem.space_error import quadrature, relative_error, squared_errors, squared_norms
+from contactfem.adaptivity.recovery.norms import (
+    quadrature,
+    relative_error,
+    squared_errors,
+    squared_norms,
+)
+from contactfem.adaptivity.recovery.patches import patches
+from contactfem.results.relative_error import RelativeError
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 

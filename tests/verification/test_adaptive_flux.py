@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from verification.watched import subdivided, watch
 
-from contactfem.case import read_case
-from contactfem.estimate import FluxEstimator, total
-from contactfem.heat_interface import HeatExchange
-from contactfem.manufactured import harmonic_bodies
-from contactfem.mesh_view import MeshView
-from contactfem.space_error import quadrature, squared_norms
-from contactfem.thermal import InterfaceLink
+from contactfem.adaptivity.estimators import FluxEstimator, total
+from contactfem.adaptivity.recovery.norms import quadrature, squared_norms
+from contactfem.case.read import read_case
+from contactfem.fem.gathered_mesh import MeshView
+from contactfem.heat.interface import HeatExchange
+from contactfem.thermomechanics.thermal_problem import InterfaceLink
+from contactfem.verification.manufactured import harmonic_bodies
 
 K, CONDUCTANCE, SOURCE = (0.2, 50.0), 0.5, 3.0
 BODIES = dict(zip(("below", "above"), harmonic_bodies(K, CONDUCTANCE, SOURCE), strict=True))
 FUNCTIONS = """
-from contactfem.manufactured import harmonic_bodies
+from contactfem.verification.manufactured import harmonic_bodies
 
 first, second = harmonic_bodies((0.2, 50.0), 0.5, 3.0)
 

@@ -8,9 +8,9 @@ from verification.conftest import CASES
 from verification.efficiency import Efficiency
 from verification.watched import vertex_temperatures, watch
 
-from contactfem.case import read_case
-from contactfem.manufactured import MovingGaussian, SuddenSwitch
-from contactfem.sizes import cell_sizes
+from contactfem.adaptivity.sizes import cell_sizes
+from contactfem.case.read import read_case
+from contactfem.verification.manufactured import MovingGaussian, SuddenSwitch
 
 SPOT = MovingGaussian(0.2, 2.0)
 END = 0.3  # s, more than a quarter of a turn

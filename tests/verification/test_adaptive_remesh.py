@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from verification.watched import watch
 
-from contactfem.adapt import Adaptation
-from contactfem.case import read_case
-from contactfem.results import Status
-from contactfem.verdicts import Accept, NewMeshes, NewSizes
+from contactfem.adaptivity.adaptation import Adaptation
+from contactfem.adaptivity.decisions import Accept, NewMeshes, NewSizes
+from contactfem.case.read import read_case
+from contactfem.results.data import Status
 
 HEAD = """
 title = "Two blocks"

@@ -8,10 +8,13 @@ from verification.watched import vertex_temperatures, watch
 
 from mpi4py import MPI
 
-from contactfem import adapt, loop, remesh, run
-from contactfem.adaptivity import RepeatStep
-from contactfem.case import read_case
-from contactfem.newton import NewtonSolver, SolveReport
+from contactfem.adaptivity import adaptation as adapt
+from contactfem.adaptivity import remesh
+from contactfem.adaptivity.policies import RepeatStep
+from contactfem.case.read import read_case
+from contactfem.run import driver as run
+from contactfem.run import time_loop as loop
+from contactfem.solvers.newton import NewtonSolver, SolveReport
 
 SOLID = """
 [materials.solid]
@@ -106,7 +109,7 @@ on = "plate.left"
 temperature = "0 K"
 """
 FUNCTIONS = """
-from contactfem.manufactured import SuddenSwitch
+from contactfem.verification.manufactured import SuddenSwitch
 found = SuddenSwitch(conductivity=0.2, heat_capacity=2.0)
 theta, source = found.theta, found.source
 """

@@ -6,9 +6,9 @@ from verification.conftest import CASES
 from verification.watched import stress_error, watch
 from verification.westergaard_stress import WavyContact
 
-from contactfem.case import read_case
-from contactfem.estimate import StressEstimator, total
-from contactfem.measure import measure
+from contactfem.adaptivity.estimators import StressEstimator, total
+from contactfem.case.read import read_case
+from contactfem.results.measures import measure
 
 E, NU, WAVE, AMPLITUDE = 200e6, 0.3, 2e-3, 1e-7  # slopes of 3e-4: the linear theory
 FULL = np.pi * E / (2.0 * (1.0 - NU**2)) * AMPLITUDE / WAVE

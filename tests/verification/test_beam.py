@@ -6,10 +6,10 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.expect import judge
-from contactfem.measure import measure
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.expectations import judge
+from contactfem.results.measures import measure
+from contactfem.run.driver import run_case
 
 CASE = Path(__file__).parents[2] / "cases" / "beam_on_stop.toml"
 

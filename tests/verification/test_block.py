@@ -5,7 +5,7 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.expect import measure
+from contactfem.results.expectations import measure
 
 MEDIUM = ("bodies.block.mesh.nx=32", "bodies.block.mesh.ny=32")
 U = [f"probe.x_{k}" for k in (0, 1, 5, 7, 11)]

@@ -5,7 +5,7 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.expect import measure
+from contactfem.results.expectations import measure
 
 # facets of a/10, ten steps for the normal load
 COARSE = (

@@ -11,11 +11,11 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
+from contactfem.case.read import read_case
 from contactfem.errors import CaseError
-from contactfem.laws import Status
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.laws.complementarity import Status
+from contactfem.results.data import RunResult
+from contactfem.run.driver import run_case
 
 DOWN, ACROSS = 10e6, 4e6
 E, NU = 1000e6, 0.3

@@ -7,8 +7,8 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.run.driver import run_case
 
 CASES = Path(__file__).parents[2] / "cases"
 

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from verification.p1_conduction import Plate, estimated
 
-from contactfem.meshes.block import Block
-from contactfem.meshes.data import MeshData
-from contactfem.meshes.layers import Layers
-from contactfem.meshes.size_field import size_field as on_mesh
-from contactfem.relative_error import RelativeError
-from contactfem.sizes import (
+from contactfem.adaptivity.sizes import (
     SizeLimits,
     cell_sizes,
     equal_error_sizes,
@@ -19,6 +14,11 @@ from contactfem.sizes import (
     size_field,
     thicknesses,
 )
+from contactfem.meshes.block import Block
+from contactfem.meshes.data import MeshData
+from contactfem.meshes.layers import Layers
+from contactfem.meshes.size_field import size_field as on_mesh
+from contactfem.results.relative_error import RelativeError
 
 LAYER, WAVE = 1e-3, 2.0 * np.pi
 BODY = Block(width="1 m", height="1 m", nx=10, ny=10, cell="triangle")

@@ -6,11 +6,11 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.expect import judge
-from contactfem.measure import measure
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult
+from contactfem.results.expectations import judge
+from contactfem.results.measures import measure
+from contactfem.run.driver import run_case
 
 CASE = Path(__file__).parents[2] / "cases" / "friction_bar.toml"
 LOAD, STIFFNESS, FRICTION = 5.0e3, 100.0e3, 2.0e6  # F [N/m], E A [N/m], q = μ p [Pa]

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contactfem.heat_laws import Constant, GasGap, PowerLaw, under_pressure
-from contactfem.heat_references import Bar, two_bars
-from contactfem.homogeneous import NeoHooke
-from contactfem.thermoelastic_references import ConfinedBlock, Rod, confined_blocks, rods
+from contactfem.laws.conductance import Constant, GasGap, PowerLaw, under_pressure
+from contactfem.verification.heat_steady import Bar, two_bars
+from contactfem.verification.homogeneous import NeoHooke
+from contactfem.verification.thermoelastic import ConfinedBlock, Rod, confined_blocks, rods
 
 CASES = Path(__file__).parents[2] / "cases"
 LENGTH, WIDTH, CONDUCTIVITY, HOT = 10e-3, 5e-3, 0.2, 100.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from contactfem.heat_references import Bar, two_bars
-from contactfem.homogeneous import NeoHooke
+from contactfem.verification.heat_steady import Bar, two_bars
+from contactfem.verification.homogeneous import NeoHooke
 
 LENGTH, WIDTH, K = 10e-3, 4e-3, 0.2
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactfem.heat_references import RodInRing
+from contactfem.verification.heat_steady import RodInRing
 
 EXACT = RodInRing(10e-3, 20e-3, 0.2, 0.2, 5.0, 150.0)  # of cases/heated_rod.toml
 

@@ -7,7 +7,7 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.heat_references import rise_by_sliding
+from contactfem.verification.heat_steady import rise_by_sliding
 
 CASES = Path(__file__).parents[2] / "cases"
 CAPACITY = 2.43e6  # ρc of cases/sliding_block.toml [J/m³/K]

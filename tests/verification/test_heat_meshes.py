@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from contactfem.heat_laws import PowerLaw
-from contactfem.heat_references import Bar
-from contactfem.homogeneous import NeoHooke
-from contactfem.thermoelastic_references import ConfinedBlock, confined_blocks
+from contactfem.laws.conductance import PowerLaw
+from contactfem.verification.heat_steady import Bar
+from contactfem.verification.homogeneous import NeoHooke
+from contactfem.verification.thermoelastic import ConfinedBlock, confined_blocks
 
 LAW = PowerLaw(150e3, 100e6, 1.5)
 TIRE = {"bulk_modulus": 333e6, "shear_modulus": 35e6, "expansion": 1e-4}

@@ -8,21 +8,21 @@ from dolfinx import fem
 
 from mpi4py import MPI
 
+from contactfem.common.time_table import constant
+from contactfem.common.timers import Timers
+from contactfem.fem.body_mesh import distribute
+from contactfem.fem.dof_numbering import Prescribed
 from contactfem.forms.energies import neo_hooke
 from contactfem.forms.mechanics import dead_load
-from contactfem.heat import HeatBody, HeatLaw, HeatLoad
-from contactfem.heat_system import HeatStepInput, HeatSystem, HeldTemperature
-from contactfem.manufactured import FiniteStrain
-from contactfem.mechanics import BodyProblem, Law
+from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad
+from contactfem.heat.system import HeatStepInput, HeatSystem, HeldTemperature
+from contactfem.heat.time_schemes import scheme
+from contactfem.mechanics.body import BodyProblem, Law
+from contactfem.mechanics.bulk_system import System
 from contactfem.meshes.block import Block
-from contactfem.meshing import distribute
-from contactfem.newton import NewtonSolver, StepInput
-from contactfem.numbering import Prescribed
-from contactfem.system import System
-from contactfem.tables import constant
-from contactfem.thermal import BodyLink
-from contactfem.time_schemes import scheme
-from contactfem.timers import Timers
+from contactfem.solvers.newton import NewtonSolver, StepInput
+from contactfem.thermomechanics.thermal_problem import BodyLink
+from contactfem.verification.manufactured import FiniteStrain
 
 COMM = MPI.COMM_WORLD
 # the rubber of the paper, N-mm-s-K

@@ -6,8 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contactfem.heat_laws import PowerLaw
-from contactfem.thermoelastic_stability import BarberRod, IsothermalSplit, barber_growth
+from contactfem.laws.conductance import PowerLaw
+from contactfem.verification.thermoelastic_stability import (
+    BarberRod,
+    IsothermalSplit,
+    barber_growth,
+)
 
 CASES = Path(__file__).parents[2] / "cases"
 ROD = {

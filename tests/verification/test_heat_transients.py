@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from contactfem.heat_transients import EqualSlabs, HalfSpace, HalfSpaces, HeatedSlab
+from contactfem.verification.heat_transient import EqualSlabs, HalfSpace, HalfSpaces, HeatedSlab
 
 POOR = {"conductivity": 0.2, "heat_capacity": 2e6}  # of cases/half_spaces.toml
 GOOD = {"conductivity": 50.0, "heat_capacity": 3.6e6}

@@ -5,7 +5,7 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.expect import measure
+from contactfem.results.expectations import measure
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult
+from contactfem.run.driver import run_case
 
 CASE = Path(__file__).parents[2] / "cases" / "hard" / "long_steps.toml"
 CIRCLE = 'shape = "circle"\ncenter = ["4 mm", "5 mm"]\nradius = "2 mm"\n'

@@ -7,20 +7,20 @@ from dolfinx import fem
 
 from mpi4py import MPI
 
-from contactfem.compat import cell_nodes
+from contactfem.common.time_table import constant
+from contactfem.common.timers import Timers
+from contactfem.fem.body_mesh import distribute
+from contactfem.fem.compat import cell_nodes
+from contactfem.fem.dof_numbering import Prescribed
 from contactfem.forms.energies import neo_hooke
 from contactfem.forms.kinematics import deformation_gradient
 from contactfem.forms.mechanics import dead_load
-from contactfem.homogeneous import NeoHooke
-from contactfem.mechanics import BodyProblem, Law
+from contactfem.mechanics.body import BodyProblem, Law
+from contactfem.mechanics.bulk_system import System
 from contactfem.meshes.block import Block
 from contactfem.meshes.box import Box
-from contactfem.meshing import distribute
-from contactfem.newton import NewtonSolver, StepInput
-from contactfem.numbering import Prescribed
-from contactfem.system import System
-from contactfem.tables import constant
-from contactfem.timers import Timers
+from contactfem.solvers.newton import NewtonSolver, StepInput
+from contactfem.verification.homogeneous import NeoHooke
 
 COMM = MPI.COMM_WORLD
 K, MU = 333.0, 35.0

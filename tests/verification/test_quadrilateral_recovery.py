@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 from verification.p1_conduction import solve
 
-from contactfem.recovery import patches
-from contactfem.space_error import quadrature, squared_errors, squared_norms
+from contactfem.adaptivity.recovery.norms import quadrature, squared_errors, squared_norms
+from contactfem.adaptivity.recovery.patches import patches
 
 GAUSS = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
 

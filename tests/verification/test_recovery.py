@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from verification.p1_conduction import Joint, Plate, jittered, solve
 
-from contactfem.constrained_recovery import Conditions, with_conditions
-from contactfem.interface_recovery import Side, ThermalState, recover_heat_flux
+from contactfem.adaptivity.recovery.constraints import Conditions, with_conditions
+from contactfem.adaptivity.recovery.interface import Side, ThermalState, recover_heat_flux
+from contactfem.adaptivity.recovery.norms import quadrature, squared_errors, squared_norms
+from contactfem.adaptivity.recovery.patches import patches
 from contactfem.meshes.polygon import Edge, triangulate
-from contactfem.recovery import patches
-from contactfem.space_error import quadrature, squared_errors, squared_norms
 
 K, CONDUCTANCE, SOURCE = (0.2, 50.0), 0.5, 3.0
 REFINEMENTS = (8, 16, 32)

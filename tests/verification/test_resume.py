@@ -17,13 +17,13 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.checkpoint import Checkpoint, read_checkpoint
+from contactfem.case.read import read_case
+from contactfem.checkpoint.format import Checkpoint, read_checkpoint
 from contactfem.errors import ExitCode, Interrupted
-from contactfem.newton import NewtonSolver, SolveReport, StepInput
-from contactfem.results import RunResult
-from contactfem.resume import prepare
-from contactfem.run import Invocation, run_case
+from contactfem.results.data import RunResult
+from contactfem.run.driver import Invocation, run_case
+from contactfem.run.resume import prepare
+from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 ROOT = Path(__file__).parents[2]
 SLIDE = ROOT / "tests/data/warm_slide.toml"

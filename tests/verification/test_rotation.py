@@ -9,13 +9,13 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.balance import defects
-from contactfem.case import read_case
-from contactfem.contact import Contact, ContactLaw, History
-from contactfem.laws import Coulomb, Status, Trial
+from contactfem.case.read import read_case
+from contactfem.contact.conditions import Contact, ContactLaw, History
+from contactfem.contact.resultants import defects
+from contactfem.laws.complementarity import Coulomb, Status, Trial
 from contactfem.meshes.disk import Disk, Ring
-from contactfem.run import run_case
-from contactfem.surfaces import InterfaceMesh
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.run.driver import run_case
 
 SIZE, STEPS = 1e-3, 10
 HEAD = """

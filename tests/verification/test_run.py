@@ -8,10 +8,10 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.newton import NewtonSolver, SolveReport, StepInput
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult
+from contactfem.run.driver import run_case
+from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 HEAD = """
 title = "test"

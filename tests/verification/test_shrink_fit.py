@@ -7,11 +7,11 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.expect import judge
-from contactfem.measure import measure
-from contactfem.results import RunResult
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.results.data import RunResult
+from contactfem.results.expectations import judge
+from contactfem.results.measures import measure
+from contactfem.run.driver import run_case
 
 CASE = Path(__file__).parents[2] / "cases" / "shrink_fit.toml"
 

@@ -8,9 +8,7 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator
 from verification.p1_conduction import Plate, estimated
 
-from contactfem.meshes.gmsh_session import gmsh_session
-from contactfem.relative_error import RelativeError
-from contactfem.sizes import (
+from contactfem.adaptivity.sizes import (
     SizeLimits,
     cell_sizes,
     equal_error_sizes,
@@ -19,6 +17,8 @@ from contactfem.sizes import (
     predicted_error,
     size_field,
 )
+from contactfem.meshes.gmsh_session import gmsh_session
+from contactfem.results.relative_error import RelativeError
 
 WIDTH, CENTRE = 0.1, np.array([0.4, 0.55])
 LIMITS = SizeLimits(smallest=1e-4, largest=0.2, growth=0.5, cells=10**6, coarsening=4.0)

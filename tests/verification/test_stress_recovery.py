@@ -7,11 +7,16 @@ import pytest
 import scipy.sparse as sp
 from verification.p1_conduction import Plate, jittered, solve
 
-from contactfem.constrained_recovery import traction_rows
-from contactfem.interface_recovery import MechanicalState, Side, recover_stress
+from contactfem.adaptivity.recovery.constraints import traction_rows
+from contactfem.adaptivity.recovery.interface import MechanicalState, Side, recover_stress
+from contactfem.adaptivity.recovery.norms import (
+    elastic_compliance,
+    quadrature,
+    squared_errors,
+    squared_norms,
+)
+from contactfem.adaptivity.recovery.patches import patches
 from contactfem.meshes.polygon import Edge, triangulate
-from contactfem.recovery import patches
-from contactfem.space_error import elastic_compliance, quadrature, squared_errors, squared_norms
 
 WAVE, AMPLITUDE = np.pi, 2.0  # p = 2 cos πx at y = 0, without friction
 REFINEMENTS = (8, 16, 32)

@@ -6,9 +6,14 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from verification.p1_conduction import jittered
 
-from contactfem.recovery import patches
-from contactfem.space_error import quadrature, relative_error, squared_errors, squared_norms
-from contactfem.time_error import time_error
+from contactfem.adaptivity.recovery.norms import (
+    quadrature,
+    relative_error,
+    squared_errors,
+    squared_norms,
+)
+from contactfem.adaptivity.recovery.patches import patches
+from contactfem.adaptivity.recovery.time import time_error
 
 CAPACITY, CONDUCTIVITY, PEAK, WIDTH, RADIUS, TURN = 2.0, 0.2, 100.0, 0.1, 0.25, 2.0 * np.pi
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)

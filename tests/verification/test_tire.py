@@ -10,8 +10,8 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.case import read_case
-from contactfem.run import run_case
+from contactfem.case.read import read_case
+from contactfem.run.driver import run_case
 
 CASE = Path(__file__).parents[2] / "cases" / "tire_small.toml"
 FRICTION = 0.4

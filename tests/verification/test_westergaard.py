@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactfem.expect import measure
+from contactfem.results.expectations import measure
 
 PAIRS = {"matching": (5, 5), "nonmortar coarser": (3, 5), "nonmortar finer": (5, 3)}
 LEVELS = 2 ** np.arange(5)  # the finer side has 10 to 160 facets per wave length

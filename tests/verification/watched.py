@@ -7,15 +7,20 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem import run
-from contactfem.case import Case
-from contactfem.discretise import Discretisation
-from contactfem.mesh_view import MeshView
-from contactfem.recorder import Recorder
-from contactfem.results import RunResult, StepReport
-from contactfem.space_error import elastic_compliance, quadrature, sample_points, squared_norms
-from contactfem.state import State
-from contactfem.transfer import VertexValues
+from contactfem.adaptivity.recovery.norms import (
+    elastic_compliance,
+    quadrature,
+    sample_points,
+    squared_norms,
+)
+from contactfem.case.schema import Case
+from contactfem.discretisation.discretise import Discretisation
+from contactfem.discretisation.state import State
+from contactfem.fem.gathered_mesh import MeshView
+from contactfem.output.recorder import Recorder
+from contactfem.results.data import RunResult, StepReport
+from contactfem.run import driver as run
+from contactfem.transfer.volume import VertexValues
 
 Watcher = Callable[[StepReport, State, Discretisation], None]
 

@@ -1,0 +1,1 @@
+"""Error estimates, decisions, new meshes, state carried over."""

@@ -1,0 +1,1 @@
+"""Patch recovery of fluxes and stresses, and indicators in time."""

@@ -1,0 +1,107 @@
+"""Constants of the laws of an interface, from its facets and moduli, for runs and for `check`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from contactfem.case.scene import Interface
+from contactfem.laws.complementarity import contact_scale
+from contactfem.meshes.data import Surface
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
+SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Resolved constants of an interface with n nonmortar nodes.
+
+    Attributes:
+        c: Stiffness of the facets that touch, of the active set [Pa/m], (n,).
+        c_n: Factor on c in the trial pressure [-].
+        c_t: Factor on c in the trial traction [-].
+        normal_compliance: 1/ε_N [m/Pa], (n,); zero for exact contact.
+        tangential_compliance: 1/c_T [m/Pa], (n,); zero for exact friction.
+        search_radius: How far apart the surfaces look for each other [m].
+    """
+
+    c: Floats
+    c_n: float
+    c_t: float
+    normal_compliance: Floats
+    tangential_compliance: Floats
+    search_radius: float
+
+
+def constants(
+    interface: Interface, nonmortar: Surface, moduli: tuple[float, float], mortar: Surface | None
+) -> Constants:
+    """Constants of an interface of the case.
+
+    Args:
+        interface: The interface.
+        nonmortar: Its nonmortar surface.
+        moduli: Young's moduli of the nonmortar and the mortar body [Pa].
+        mortar: Its mortar surface; None for a rigid obstacle, whose modulus is infinite.
+
+    Returns:
+        The constants.
+    """
+    lengths = facet_lengths(nonmortar.X, nonmortar.facets)
+    ends = nonmortar.facets.ravel()
+    h = np.bincount(ends, np.repeat(lengths, 2)) / np.bincount(ends)
+    h_mortar = 0.0 if mortar is None else float(facet_lengths(mortar.X, mortar.facets).mean())
+    c = contact_scale(h, moduli[0], h_mortar, np.inf if mortar is None else moduli[1])
+    normal, tangential = compliances(interface, c)
+    friction, factor = interface.friction, interface.normal.c_factor
+    c_t = factor * (friction.c_factor if friction else 1.0)
+    return Constants(c, factor, c_t, normal, tangential, search_radius(interface, nonmortar))
+
+
+def search_radius(interface: Interface, nonmortar: Surface) -> float:
+    """How far apart the surfaces of an interface look for each other [m].
+
+    Args:
+        interface: The interface of the case.
+        nonmortar: Its nonmortar surface.
+    """
+    extent = float(np.hypot(*np.ptp(nonmortar.X, axis=0)))
+    longest = float(facet_lengths(nonmortar.X, nonmortar.facets).max())
+    return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * longest)
+
+
+def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
+    """Compliances 1/ε_N and 1/c_T of an interface, zero where its law is exact.
+
+    Args:
+        interface: The interface of the case.
+        c: Stiffness of the facets that touch [Pa/m], (n_nonmortar,).
+
+    Returns:
+        Normal and tangential compliance [m/Pa], (n_nonmortar,) each.
+    """
+    normal, friction = interface.normal, interface.friction
+    if normal.law == "multiplier":
+        return np.zeros_like(c), np.zeros_like(c)
+    epsilon = PENALTY * normal.penalty_factor * c
+    if normal.penalty is not None:
+        epsilon = np.full_like(c, normal.penalty)
+    c_T = epsilon * (friction.penalty_factor if friction else 1.0)
+    if friction and friction.penalty is not None:
+        c_T = np.full_like(c, friction.penalty)
+    return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
+
+
+def facet_lengths(X: Floats, facets: Ints) -> Floats:
+    """Lengths of facets [m], (k,).
+
+    Args:
+        X: Positions [m], (n, 2).
+        facets: Their nodes, (k, 2).
+    """
+    edge = X[facets[:, 1]] - X[facets[:, 0]]
+    return np.asarray(np.hypot(edge[:, 0], edge[:, 1]))

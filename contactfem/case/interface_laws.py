@@ -1,0 +1,193 @@
+"""Laws of an interface as a case file gives them: normal contact, friction and heat."""
+
+import itertools
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, WithJsonSchema, field_validator, model_validator
+
+from contactfem.case.base import Model, NonNegative, Positive
+from contactfem.common.time_table import Table
+from contactfem.common.unit_parser import UnitError
+from contactfem.common.units import (
+    Conductance,
+    Conductivity,
+    ForcePerVolume,
+    HeatFluxTable,
+    Length,
+    Pressure,
+    PressureTable,
+    si,
+)
+from contactfem.common.user_function import is_reference
+
+Floats = NDArray[np.float64]
+
+
+class CoefficientTable(Model):
+    """Friction coefficient over one variable, ascending [Pa, m/s or K]."""
+
+    variable: Literal["pressure", "speed", "temperature"]
+    table: Table
+
+
+VARIABLES: dict[str, Literal["pressure", "speed", "temperature"]] = {
+    "Pa": "pressure", "m/s": "speed", "K": "temperature",
+}  # fmt: skip
+
+
+ROWS: dict[str, Any] = {
+    "type": "array",
+    "minItems": 2,
+    "examples": [[["0 MPa", 0.5], ["9 MPa", 0.3]]],
+}
+
+
+def coefficient_table(rows: object) -> CoefficientTable:
+    """Read [["0 MPa", 0.5], ["9 MPa", 0.3]].
+
+    Raises:
+        ValueError: not such a table.
+    """
+    pairs = [row for row in rows if isinstance(row, list)] if isinstance(rows, list) else []
+    for symbol, variable in VARIABLES.items():
+        try:
+            places = tuple(si(str(row[0]), symbol) for row in pairs)
+            values = tuple(float(row[1]) for row in pairs)
+        except (UnitError, TypeError, ValueError, IndexError):
+            continue
+        ascending = all(a < b for a, b in itertools.pairwise(places))
+        if len(pairs) > 1 and ascending and all(0 <= v < float("inf") for v in values):
+            return CoefficientTable(variable=variable, table=Table(places, values))
+    raise ValueError(
+        "must be a table over pressure, slip speed or temperature, ascending, with values >= 0, "
+        "such as [['0 MPa', 0.5], ['9 MPa', 0.3]]"
+    )
+
+
+class NormalLaw(Model):
+    """Impenetrability: exact by multipliers, by a penalty (13), or by an augmented Lagrangian.
+
+    `c_factor` scales the constant of the active set; `penalty` is ε_N, by default `penalty_factor`
+    times ten times the stiffness of the facets that touch, 1 / (h_nm/E_nm + h_m/E_m).
+    """
+
+    law: Literal["multiplier", "penalty", "augmented"] = "multiplier"
+    c_factor: Positive = 1.0
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
+    penalty_factor: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.law == "multiplier" and (self.penalty is not None or self.penalty_factor != 1.0):
+            raise ValueError("a penalty goes with law = 'penalty' or 'augmented'")
+        return self
+
+
+class Friction(Model):
+    """Coulomb's law with a `coefficient`, Tresca's with a shear `limit`, or a user's; exact.
+
+    `c_factor` is the constant of the active set of friction over that of normal contact: far from 1
+    the status may cycle.
+    With a penalty for normal contact it is regularised by c_T = `penalty`, by default
+    `penalty_factor` times ε_N. `coefficient_table` gives the coefficient over pressure, slip speed
+    or the temperature of the nonmortar side, told apart by units: [["0 MPa", 0.5], ["9 MPa", 0.3]].
+    A user's law "file.py:function" gives the largest traction and its slopes from all three.
+    """
+
+    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|[^:]+\.py:[A-Za-z_]\w*)$")] = "coulomb"
+    coefficient: NonNegative | None = None
+    coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = None
+    limit: Annotated[Pressure, Field(gt=0)] | None = None
+    c_factor: Positive = 1.0
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
+    penalty_factor: Positive = 1.0
+
+    @field_validator("coefficient_table", mode="before")
+    @classmethod
+    def _table(cls, value: object) -> object:
+        return coefficient_table(value)
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        given = [
+            k for k in ("coefficient", "coefficient_table", "limit") if getattr(self, k) is not None
+        ]
+        if is_reference(self.law):
+            if given:
+                raise ValueError(f"law = '{self.law}' takes no {given[0]}")
+            return self
+        allowed = ("limit",) if self.law == "tresca" else ("coefficient", "coefficient_table")
+        if len(given) != 1 or given[0] not in allowed:
+            raise ValueError(f"law = '{self.law}' takes one of {', '.join(allowed)}")
+        return self
+
+    def largest_traction(self, pressure: Floats) -> Floats | None:
+        """Largest traction at some pressures [Pa]; None where it also depends on something else."""
+        if is_reference(self.law):
+            return None
+        if self.limit is not None:
+            return np.where(pressure > 0.0, self.limit, 0.0)
+        if self.coefficient_table is not None:
+            table = self.coefficient_table.table
+            known = self.coefficient_table.variable == "pressure"
+            return np.interp(pressure, table.times, table.values) * pressure if known else None
+        return (self.coefficient or 0.0) * pressure
+
+    def words(self) -> str:
+        """The law in a few words."""
+        if is_reference(self.law):
+            return f"by {self.law}"
+        if self.limit is not None:
+            return f"Tresca {self.limit:g} Pa"
+        if self.coefficient_table is not None:
+            return f"Coulomb, a function of {self.coefficient_table.variable}"
+        return f"Coulomb {self.coefficient:g}"
+
+
+class InterfaceHeat(Model):
+    """Heat through an interface, q = h (ϑ_nm - ϑ_m) (15), and the share of frictional heat (16).
+
+    `law`: "insulated"; "pressure", h = conductance (p / hardness)^exponent; "constant" where the
+    surfaces touch; "gas", h = gas_conductivity / (gap + gas_distance), across open gaps too; or a
+    user's function h(p, g) as "file.py:function". `partition` of the frictional heat enters the
+    nonmortar side. `pressure` and `dissipation` (frictional heat per current area) stand in for
+    those of mechanics.
+    """
+
+    law: Annotated[
+        str, Field(pattern=r"^(insulated|pressure|constant|gas|[^:]+\.py:[A-Za-z_]\w*)$")
+    ] = "insulated"
+    conductance: Annotated[Conductance, Field(ge=0)] | None = None
+    hardness: Annotated[Pressure, Field(gt=0)] | None = None
+    exponent: Positive | None = None
+    gas_conductivity: Annotated[Conductivity, Field(gt=0)] | None = None
+    gas_distance: Annotated[Length, Field(gt=0)] | None = None
+    partition: Annotated[float, Field(strict=True, ge=0, le=1)] = 0.5
+    pressure: PressureTable | None = None
+    dissipation: HeatFluxTable | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        keys = ("conductance", "hardness", "exponent", "gas_conductivity", "gas_distance")
+        given = [key for key in keys if getattr(self, key) is not None]
+        needed = HEAT_LAWS.get(self.law, ())
+        if sorted(given) != sorted(needed):
+            wanted = ", ".join(needed) if needed else "none of these"
+            raise ValueError(
+                f"law = '{self.law}' takes {wanted}; found {', '.join(given) or 'none'}"
+            )
+        return self
+
+    @property
+    def conducts(self) -> bool:
+        """Whether heat can pass."""
+        return self.law != "insulated"
+
+
+HEAT_LAWS = {
+    "pressure": ("conductance", "hardness", "exponent"),
+    "constant": ("conductance",),
+    "gas": ("gas_conductivity", "gas_distance"),
+}

@@ -1,0 +1,36 @@
+"""Times of a case that steps do not pass over."""
+
+from contactfem.case.scene import Condition
+from contactfem.case.schema import Case
+from contactfem.common.time_table import Table
+
+
+def stops(case: Case) -> list[float]:
+    """Times that a step must end at: corners of tables, times of output, the end.
+
+    Args:
+        case: The case.
+
+    Returns:
+        The times, ascending [s].
+    """
+    tables = [t for c in case.conditions for t in _tables(c)]
+    tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
+    tables += [body.temperature for body in case.bodies.values()]
+    tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
+    for interface in case.interfaces.values():
+        given = (interface.heat.pressure, interface.heat.dissipation)
+        tables += [table for table in given if table is not None]
+    times = {t for table in tables for t in table.times} | set(case.output.times)
+    return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
+
+
+def _tables(condition: Condition) -> list[Table]:
+    """All values over time of a condition."""
+    given = [condition.traction, condition.body_force]
+    given += [condition.grip.force] if condition.grip else []
+    tables = [table for group in given if group for table in group.values()]
+    tables += [condition.pressure] if condition.pressure else []
+    tables += [condition.field] if isinstance(condition.field, Table) else []
+    tables += [condition.convection.ambient] if condition.convection else []
+    return tables + list(condition.components().values())

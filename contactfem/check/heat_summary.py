@@ -1,0 +1,79 @@
+"""Say what a case models of heat, and what it gives without using it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from contactfem.case.interface_laws import InterfaceHeat
+    from contactfem.case.schema import Case
+
+MATERIAL = ("density", "conductivity", "heat_capacity", "reference_temperature")
+
+
+def heat_words(case: Case) -> Iterator[tuple[str, str]]:
+    """Rows of what is modelled: heat, its meshes and interfaces, and keys that are not used.
+
+    Args:
+        case: the case.
+
+    Yields:
+        Title and text.
+    """
+    if case.heat is None:
+        warm = [name for name, body in case.bodies.items() if any(body.temperature.values)]
+        yield "heat", f"off; temperature given in {', '.join(warm)}" if warm else "off"
+    else:
+        yield "heat", f"on: {_scheme(case)}, {_passes(case)}"
+        own = [name for name, body in case.bodies.items() if body.thermal_mesh is not None]
+        yield "thermal meshes", f"own in {', '.join(own)}" if own else "those of mechanics"
+        for name, interface in case.interfaces.items():
+            rubs = interface.friction is not None or interface.heat.dissipation is not None
+            yield f"heat at {name}", _interface(interface.heat, rubs=rubs)
+    if unused := sorted(_unused(case)):
+        yield "not used", ", ".join(unused)
+
+
+def _scheme(case: Case) -> str:
+    assert case.heat is not None
+    if case.heat.scheme == "steady":
+        return "steady"
+    return f"{case.heat.scheme} in time"
+
+
+def _passes(case: Case) -> str:
+    assert case.heat is not None
+    if not case.mechanics:
+        return "without mechanics"
+    if case.heat.max_passes == 1:
+        return "after the mechanics of each step"
+    return f"in turn with mechanics, up to {case.heat.max_passes} passes"
+
+
+def _interface(heat: InterfaceHeat, *, rubs: bool) -> str:
+    """Conductance and the share of frictional heat, in words."""
+    laws = {
+        "insulated": "insulated",
+        "constant": f"h = {heat.conductance} W/m²/K in contact",
+        "pressure": f"h = {heat.conductance} W/m²/K (p / {heat.hardness} Pa)^{heat.exponent}",
+        "gas": f"h = {heat.gas_conductivity} W/m/K / (gap + {heat.gas_distance} m)",
+    }
+    law = laws.get(heat.law, f"h by {heat.law}")
+    share = f"; {100 * heat.partition:g} % of frictional heat into nonmortar" if rubs else ""
+    return law + share
+
+
+def _unused(case: Case) -> Iterator[str]:
+    """Keys that are given but not used."""
+    if case.heat is None:
+        for material in case.materials.values():
+            yield from {key for key in MATERIAL if getattr(material, key) is not None}
+        bodies = ("thermal_mesh", "initial_temperature")
+        yield from {
+            k for body in case.bodies.values() for k in bodies if k in body.model_fields_set
+        }
+        yield from {"interface heat" for i in case.interfaces.values() if i.heat.conducts}
+        yield from {"obstacle temperature" for o in case.obstacles.values() if o.temperature}
+    if not case.mechanics:
+        yield from {c.kind for c in case.conditions if not c.is_thermal}

@@ -1,0 +1,97 @@
+"""What `check` says of an interface: its facets, its resolved constants, and hints."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from contactfem.case.contact_parameters import constants, facet_lengths
+from contactfem.case.scene import Interface
+from contactfem.case.schema import Case
+from contactfem.check.facet_matching import match
+from contactfem.common.unit_display import scale_for
+from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.meshes.data import Surface
+
+FINER = 1.5  # mortar facets over nonmortar ones from which pressures show the mortar side's corners
+
+
+def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
+    """Facets, constants and hints of one interface in two dimensions; builds its bodies' meshes.
+
+    Args:
+        case: The case.
+        interface: One of its interfaces.
+
+    Yields:
+        Lines of text.
+    """
+    nonmortar, E_nonmortar = _side(case, interface.nonmortar)
+    mortar, E_mortar = None, np.inf
+    if interface.mortar not in case.obstacles:
+        mortar, E_mortar = _side(case, interface.mortar)
+    found = constants(interface, nonmortar, (E_nonmortar, E_mortar), mortar)
+    yield f"facets: {_facets(nonmortar)} on {_facets(mortar) if mortar else 'an obstacle'}"
+    parts = [f"c_n = {_stiffness(found.c_n * found.c)}"]
+    if interface.friction:
+        parts.append(f"c_t = {_stiffness(found.c_t * found.c)}")
+    yield f"active set: {', '.join(parts)}"
+    if interface.normal.law != "multiplier":
+        parts = [f"epsilon_N = {_stiffness(1.0 / found.normal_compliance)}"]
+        if interface.friction:
+            parts.append(f"c_T = {_stiffness(1.0 / found.tangential_compliance)}")
+        yield f"penalty: {', '.join(parts)}"
+    if mortar is not None:
+        yield from _hints(interface, nonmortar, mortar)
+
+
+def _side(case: Case, on: str) -> tuple[Surface, float]:
+    """Surface "body.surface" and the Young's modulus behind it [Pa].
+
+    Raises:
+        CaseError: The body cannot be meshed.
+    """
+    body, _, surface = on.partition(".")
+    material = case.materials[case.bodies[body].material]
+    try:
+        return case.bodies[body].mesh.build().surface(surface), material.E
+    except MeshError as error:
+        raise CaseError(f"{case.path}: bodies.{body}.mesh: {one_line(str(error))}") from None
+
+
+def _hints(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterator[str]:
+    """What would be better the other way round."""
+    found = match(nonmortar, mortar)
+    if found is None:
+        return
+    if found.ratio >= FINER:
+        yield (
+            f"HINT: mortar facets are {found.ratio:.2g} times as long as nonmortar ones where they "
+            "touch, and pressure peaks at their corners; better with "
+            f"{interface.mortar} as nonmortar"
+        )
+    back = match(mortar, nonmortar)
+    if back is not None and len(found.edges) > len(back.edges):
+        places = " and ".join(f"({x:.4g}, {y:.4g}) m" for x, y in found.edges)
+        yield (
+            f"HINT: {interface.nonmortar} overhangs the end of {interface.mortar} at {places}, "
+            f"where its facets are covered in part; better with {interface.mortar} as nonmortar"
+        )
+
+
+def _facets(surface: Surface) -> str:
+    """Number and length of the facets."""
+    lengths = facet_lengths(surface.X, surface.facets)
+    scale = scale_for(float(lengths.max()), "m")
+    return f"{len(lengths)} of {_range(lengths / scale.factor)} {scale.label}"
+
+
+def _stiffness(values: npt.NDArray[np.floating]) -> str:
+    """A stiffness [Pa/m]."""
+    return f"{_range(values)} Pa/m"
+
+
+def _range(values: npt.NDArray[np.floating]) -> str:
+    """A value, or the smallest and the largest."""
+    low, high = (f"{float(v):.4g}" for v in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,161 @@
+"""A run as it is written to be resumed: where it stands, its case, and its state as arrays."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from contactfem import __version__
+from contactfem.adaptivity.decisions import Lasting
+from contactfem.checkpoint.archive import Tree, read_archive, write_archive
+from contactfem.errors import CheckpointError
+from contactfem.results.data import Failure, StepReport
+
+FORMAT = 1  # of the arrays and the head; another one cannot be read
+NAME, PREVIOUS = "checkpoint.npz", "checkpoint.previous.npz"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run has come and how it goes on, beside its state.
+
+    Attributes:
+        dt: Step to be tried next [s].
+        ramp_end: Time at which constant loads and motions are reached [s].
+        easy: Newton iterations of the last solves with this step.
+        cautious: Whether nodes stick for an iteration before they slip the other way round.
+        reports: Accepted steps.
+        failures: Steps that failed.
+        warnings: What to doubt about accepted steps.
+        reactions: Force of each held surface or grip after the last one [N/m].
+        segment: Number of the present field files.
+        pending: Whether the last step is not recorded yet, as it may be taken again.
+        lasting: What adaptivity remembers after the last step and the one before it.
+    """
+
+    dt: float
+    ramp_end: float
+    easy: tuple[int, ...] = ()
+    cautious: bool = False
+    reports: tuple[StepReport, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    warnings: tuple[str, ...] = ()
+    reactions: tuple[float, ...] = ()
+    segment: int = 0
+    pending: bool = False
+    lasting: tuple[Lasting, Lasting] | None = None
+
+    @property
+    def t(self) -> float:
+        """Time reached [s]."""
+        return self.reports[-1].t if self.reports else 0.0
+
+    @property
+    def recorded(self) -> tuple[StepReport, ...]:
+        """Steps whose results are written."""
+        return self.reports[:-1] if self.pending else self.reports
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a run was started with.
+
+    Attributes:
+        path: Of the case file, absolute.
+        contents: Of the case file, with a variant and changed values put in.
+        command: That repeats the run.
+    """
+
+    path: str
+    contents: dict[str, Any]
+    command: str
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run between two steps.
+
+    Attributes:
+        origin: What it was started with.
+        progress: How far it has come.
+        seconds: Spent so far, per phase [s].
+        state: Its state and meshes, from `snapshot`; empty but on the first rank.
+    """
+
+    origin: Origin
+    progress: Progress
+    seconds: Mapping[str, float]
+    state: Tree = field(default_factory=dict)
+
+
+def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint into the folder of a run, and keep the one before it.
+
+    Args:
+        folder: The folder.
+        checkpoint: The run.
+
+    Raises:
+        OSError: It cannot be written; those that are there are left.
+    """
+    head = {
+        "format": FORMAT,
+        "version": __version__,
+        "origin": asdict(checkpoint.origin),
+        "progress": asdict(checkpoint.progress),
+        "seconds": dict(checkpoint.seconds),
+    }
+    draft = folder / f".{NAME}.part"
+    write_archive(draft, head, checkpoint.state)
+    if (folder / NAME).exists():
+        os.replace(folder / NAME, folder / PREVIOUS)
+    os.replace(draft, folder / NAME)
+
+
+def read_checkpoint(folder: Path) -> tuple[Checkpoint, str]:
+    """Read the last checkpoint of a run, or the one before it where that is damaged.
+
+    Args:
+        folder: The folder of the run.
+
+    Returns:
+        The checkpoint, and what has to be said about it, else an empty string.
+
+    Raises:
+        CheckpointError: There is none that can be read.
+    """
+    found = [path for path in (folder / NAME, folder / PREVIOUS) if path.exists()]
+    if not found:
+        raise CheckpointError(
+            f"{folder}: no {NAME}: the run ended, or was ended, before it wrote one "
+            "(output.checkpoint_interval)"
+        )
+    complaints: list[str] = []
+    for path in found:
+        try:
+            return _read(path), "; ".join(complaints)
+        except CheckpointError as error:
+            complaints.append(f"{error}; taking {PREVIOUS}" if path != found[-1] else str(error))
+    raise CheckpointError("\n".join(line.partition("; taking")[0] for line in complaints))
+
+
+def _read(path: Path) -> Checkpoint:
+    head, state = read_archive(path)
+    if head.get("format") != FORMAT:
+        raise CheckpointError(
+            f"{path}: has format {head.get('format')}, of contactfem {head.get('version')}; this "
+            f"is contactfem {__version__}, which reads format {FORMAT}"
+        )
+    try:
+        origin = TypeAdapter(Origin).validate_python(head["origin"])
+        progress = TypeAdapter(Progress).validate_python(head["progress"])
+        seconds = TypeAdapter(dict[str, float]).validate_python(head["seconds"])
+    except (KeyError, ValidationError):
+        raise CheckpointError(
+            f"{path}: contactfem {head.get('version')} wrote other things into it than this one "
+            "can read"
+        ) from None
+    return Checkpoint(origin, progress, seconds, state)

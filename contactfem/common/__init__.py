@@ -1,0 +1,1 @@
+"""Array types, units, tables over time, text, files and timers."""

@@ -1,0 +1,1 @@
+"""Contact conditions at the nodes and their exact tangent."""

@@ -1,0 +1,28 @@
+"""Whether the forces on the two sides of an interface balance: they do, their moments almost."""
+
+import numpy as np
+
+from contactfem.contact.conditions import Conditions
+
+
+def defects(c: Conditions) -> tuple[float, float]:
+    """Force and moment that the forces f on the nodes x of both sides leave over.
+
+    |Σ f| / Σ |f| is round-off, as Σ_l M_jl = D_jj. |Σ (x - x̄) × f| / (R Σ |f|) is of the order h²
+    where surfaces are curved, as either side's forces act where its own nodes are; R is the largest
+    distance of a node in contact from the middle x̄ of them all.
+
+    Args:
+        c: The conditions; the same on all ranks.
+
+    Returns:
+        Both, relative [-]; zero without contact.
+    """
+    force, touching = c.nodal_forces(), np.flatnonzero(c.active)
+    whole = float(np.hypot(*force.T).sum())
+    if whole == 0.0:
+        return 0.0, 0.0
+    arm = c.operators.x - c.operators.x[touching].mean(0)
+    R = max(np.hypot(*arm[touching].T).max(), c.operators.length[touching].max())
+    moment = arm[:, 0] @ force[:, 1] - arm[:, 1] @ force[:, 0]
+    return float(np.hypot(*force.sum(0)) / whole), float(abs(moment) / (R * whole))

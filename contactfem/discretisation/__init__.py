@@ -1,0 +1,1 @@
+"""From a case to equations, and the state between steps."""

@@ -1,0 +1,218 @@
+"""From a case and its mechanical discretisation to the heat side of the run."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from mpi4py import MPI
+
+from contactfem.case.interface_laws import InterfaceHeat
+from contactfem.case.scene import Condition, Material
+from contactfem.case.schema import Case
+from contactfem.common.time_table import Table
+from contactfem.common.timers import Timers
+from contactfem.common.user_function import FunctionRef, is_reference, reference
+from contactfem.errors import CaseError
+from contactfem.fem.body_mesh import BodyMesh
+from contactfem.heat.body import Floats, HeatBody, HeatLaw, HeatLoad, PlaceTime
+from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw, HeatNodes
+from contactfem.heat.system import HeatSystem, HeldTemperature
+from contactfem.heat.time_schemes import scheme
+from contactfem.laws.conductance import Conductance, ConductanceLaw, Constant, GasGap, PowerLaw
+from contactfem.mechanics.body import BodyProblem
+from contactfem.mechanics.interface_nodes import BodySide, RigidSide
+from contactfem.mortar.interface_mesh import Bools
+from contactfem.thermomechanics.thermal_problem import BodyLink, InterfaceLink, Thermal
+from contactfem.transfer.volume import SurfaceTransfer
+
+HELD = 1.0 - 1e-9  # share of the mechanical nodes around a thermal one that are held
+
+
+def discretise_heat(
+    case: Case,
+    bodies: Mapping[str, BodyProblem],
+    meshes: Mapping[str, BodyMesh],
+    sides: Mapping[str, tuple[RigidSide | None, float, Bools | None]],
+    comm: MPI.Comm,
+    timers: Timers,
+    before: Thermal | None = None,
+) -> Thermal:
+    """Build the heat side of a case; collective.
+
+    Args:
+        case: The case, with heat.
+        bodies: Its mechanical problems.
+        meshes: Thermal meshes of the bodies.
+        sides: Of every interface the obstacle, if its mortar side is one, the search radius [m],
+            and which components of its mechanical nodes contact may move, if there is mechanics.
+        comm: All ranks.
+        timers: Where time is booked.
+        before: A heat side, of which bodies are taken whose mesh is the same.
+
+    Returns:
+        The heat side.
+
+    Raises:
+        CaseError: A function that cannot be loaded, or a mesh without a surface that heat needs.
+    """
+    assert case.heat is not None
+    index = {name: k for k, name in enumerate(bodies)}
+    kept = {} if before is None else {body.name: body for body in before.bodies}
+    heat = [
+        kept[name]
+        if name in kept and kept[name].mesh is meshes[name]
+        else _body(case, name, meshes[name])
+        for name in bodies
+    ]
+    held, names = [], []
+    for condition in case.conditions:
+        if condition.temperature is not None:
+            vertices = meshes[condition.body].surface(condition.surface or "").vertices
+            value = _field(case, condition.temperature)
+            held.append(HeldTemperature(index[condition.body], vertices, value))
+            names.append(condition.on)
+    system = HeatSystem(comm, heat, held, scheme(case.heat.scheme), case.heat.petsc, timers)
+    links = [BodyLink(comm, bodies[name], heat[k]) for name, k in index.items()]
+    interfaces = [
+        _interface(case, name, bodies, meshes, heat, system, sides[name])
+        for name in case.interfaces
+    ]
+    system.couple([link.heat for link in interfaces])
+    initial = [_initial(case, body) for body in heat]
+    system.set_held(0.0, initial)
+    return Thermal(system, links, interfaces, names, initial, moving=case.mechanics)
+
+
+def _body(case: Case, name: str, mesh: BodyMesh) -> HeatBody:
+    material = case.materials[case.bodies[name].material]
+    loads = [_load(case, c) for c in case.conditions if c.body == name and _is_load(c)]
+    return HeatBody(
+        name,
+        mesh,
+        _law(case, material),
+        loads,
+        axisymmetric=case.axisymmetric,
+        deforms=case.strain == "finite" and case.mechanics,
+    )
+
+
+def _law(case: Case, material: Material) -> HeatLaw:
+    assert case.heat is not None and material.conductivity is not None
+    capacity = (material.density or 0.0) * (material.heat_capacity or 0.0)
+    if not case.heat.thermoelastic:
+        return HeatLaw(material.conductivity, capacity)
+    cooling = 3.0 * material.expansion * material.K
+    return HeatLaw(material.conductivity, capacity, cooling, material.reference_temperature or 0.0)
+
+
+def _is_load(condition: Condition) -> bool:
+    return condition.is_thermal and condition.temperature is None
+
+
+def _load(case: Case, condition: Condition) -> HeatLoad:
+    surface = condition.surface
+    if condition.convection is not None:
+        return HeatLoad(surface, condition.convection.ambient, condition.convection.coefficient)
+    assert condition.field is not None
+    return HeatLoad(surface, _field(case, condition.field))
+
+
+def _field(case: Case, value: Table | FunctionRef) -> Table | PlaceTime:
+    """A value over time, or a user's function of place and time, checked when it is called."""
+    if isinstance(value, Table):
+        return value
+    function = value.load(case.path.parent)
+
+    def checked(x: Floats, t: float) -> Floats:
+        found = np.asarray(function(x, t), dtype=np.float64)
+        try:
+            values = np.broadcast_to(found, x.shape[1:])
+        except ValueError:
+            raise CaseError(
+                f"{case.path}: {value}: gave values of shape {found.shape} for {x.shape[1]} points"
+            ) from None
+        if not np.isfinite(values).all():
+            raise CaseError(f"{case.path}: {value}: gave a value that is not finite, t = {t:g} s")
+        return values
+
+    return checked
+
+
+def _initial(case: Case, body: HeatBody) -> Floats:
+    """Temperature at time zero, flat local."""
+    value = _field(case, case.bodies[body.name].initial_temperature)
+    if isinstance(value, Table):
+        return np.full(body.n_dofs, value(0.0))
+    return np.array(value(body.V.tabulate_dof_coordinates().T, 0.0))
+
+
+def _interface(
+    case: Case,
+    name: str,
+    bodies: Mapping[str, BodyProblem],
+    meshes: Mapping[str, BodyMesh],
+    heat: list[HeatBody],
+    system: HeatSystem,
+    side: tuple[RigidSide | None, float, Bools | None],
+) -> InterfaceLink:
+    """Heat side of an interface, with the ways between its mechanical and thermal surfaces."""
+    interface = case.interfaces[name]
+    obstacle, radius, free = side
+    index = {body: k for k, body in enumerate(bodies)}
+    owner, _, surface = interface.nonmortar.partition(".")
+    nonmortar = BodySide(index[owner], meshes[owner].surface(surface))
+    mechanical = bodies[owner].mesh.surface(surface)
+    to_heat = SurfaceTransfer(mechanical, nonmortar.surface, interface.nonmortar)
+    to_mechanics = SurfaceTransfer(nonmortar.surface, mechanical, interface.nonmortar)
+    mortar: BodySide | RigidSide | None = obstacle
+    if mortar is None:
+        other, _, face = interface.mortar.partition(".")
+        mortar = BodySide(index[other], meshes[other].surface(face))
+    count = len(nonmortar.surface.X)
+    second = mortar if isinstance(mortar, RigidSide) else mortar.surface
+    moves = np.ones((count + len(second.X), 2), bool)
+    if free is not None:
+        held = to_heat((~free[: len(mechanical.X)]).astype(np.float64))
+        moves[:count] = held < HELD
+    nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
+    temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
+    law = HeatInterfaceLaw(
+        conductance_law(case, interface.heat), interface.heat.partition, radius, temperature
+    )
+    return InterfaceLink(
+        HeatInterface(name, nodes, law),
+        to_heat,
+        to_mechanics,
+        interface.heat.pressure,
+        interface.heat.dissipation,
+        rubs=interface.friction is not None,
+        surface=mechanical,
+    )
+
+
+def conductance_law(case: Case, heat: InterfaceHeat) -> ConductanceLaw | None:
+    """Conductance law of an interface of a case; None where no heat passes.
+
+    Raises:
+        CaseError: A user's law that cannot be loaded.
+    """
+    if heat.law == "pressure":
+        return PowerLaw(heat.conductance or 0.0, heat.hardness or 0.0, heat.exponent or 0.0)
+    if heat.law == "constant":
+        return Constant(heat.conductance or 0.0)
+    if heat.law == "gas":
+        return GasGap(heat.gas_conductivity or 0.0, heat.gas_distance or 0.0)
+    if is_reference(heat.law):
+        return _users_law(reference(heat.law).load(case.path.parent))
+    return None
+
+
+def _users_law(function: Callable[[Floats, Floats], Floats]) -> ConductanceLaw:
+    """A user's h(p, g) as a law; its slopes, which nothing here needs, are not known."""
+
+    def law(pressure: Floats, gap: Floats) -> Conductance:
+        h = np.broadcast_to(np.asarray(function(pressure, gap), np.float64), pressure.shape)
+        unknown = np.full_like(h, np.nan)
+        return Conductance(h, unknown, unknown)
+
+    return law

@@ -1,0 +1,1 @@
+"""Meshes over the ranks, degrees of freedom, seams to dolfinx and PETSc."""

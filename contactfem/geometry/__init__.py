@@ -1,0 +1,1 @@
+"""Boxes, closest points, areas and sizes of cells, rigid motions."""

@@ -1,0 +1,1 @@
+"""Equations of heat, time schemes, heat through interfaces."""

@@ -1,0 +1,381 @@
+"""Heat through one interface (15)-(17), (21), over the segments of its two thermal surfaces."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from mpi4py import MPI
+
+from contactfem.common.time_table import Table
+from contactfem.fem.dof_numbering import Unknowns
+from contactfem.heat.body import HeatBody
+from contactfem.laws.conductance import ConductanceLaw
+from contactfem.mechanics.interface_nodes import BodySide, RigidSide
+from contactfem.mortar.interface_mesh import (
+    Bools,
+    Floats,
+    InterfaceMesh,
+    Ints,
+    NormalField,
+    nodal_normals,
+)
+from contactfem.mortar.segments import Segments, cut, find_pairs
+from contactfem.results.data import SurfaceHeat
+
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(3)  # of each segment
+
+
+@dataclass(frozen=True)
+class HeatExchange:
+    """What an interface adds to the heat problem at one configuration, the same on all ranks.
+
+    Attributes:
+        conduction: Power that leaves a node per temperature of another [W/m/K], (n, n).
+        friction: Frictional power that enters the nodes [W/m], (n,).
+        defect: Relative excess of the interpolated frictional power over that of mechanics, that it
+            was then made equal to [-].
+        means: ∫ N_j, and of the mortar side ∫ N_j ϑ_m, ∫ N_j h (ϑ_nm - ϑ_m) by temperatures and
+            ∫ N_j d [W/m], for `at_nodes`.
+    """
+
+    conduction: sp.csr_matrix
+    friction: Floats
+    defect: float
+    means: "NodalMeans"
+
+
+@dataclass(frozen=True)
+class NodalMeans:
+    """Integrals with the nonmortar shape functions, to be divided by ∫ N_j.
+
+    Attributes:
+        weight: ∫ N_j da [m], (n_nonmortar,).
+        mortar: ∫ N_j N_l∘P da [m], (n_nonmortar, n): temperature of the mortar side.
+        flux: ∫ N_j h (N_k - N_l∘P) da [W/m/K], (n_nonmortar, n): conducted heat.
+        dissipation: ∫ N_j d da [W/m], (n_nonmortar,).
+    """
+
+    weight: Floats
+    mortar: sp.csr_matrix
+    flux: sp.csr_matrix
+    dissipation: Floats
+
+
+@dataclass(frozen=True)
+class HeatInterfaceLaw:
+    """Laws of one interface.
+
+    Attributes:
+        conductance: h of pressure and gap; None where no heat passes.
+        partition: Share of the frictional heat that enters the nonmortar side [-].
+        search_radius: How far apart the surfaces look for each other [m].
+        obstacle: Temperature of a rigid mortar side over time [K]; None if it conducts nothing.
+    """
+
+    conductance: ConductanceLaw | None
+    partition: float
+    search_radius: float
+    obstacle: Table | None = None
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Owned vertices of one body on one side: their node numbers and dofs."""
+
+    body: int
+    node: Ints
+    dofs: Ints
+    displacement_dofs: Ints
+
+
+class HeatNodes:
+    """Nodes of both thermal surfaces, nonmortar first; the same numbers on all ranks.
+
+    Args:
+        bodies: All heat bodies.
+        unknowns: Their unknowns.
+        nonmortar: Nonmortar side.
+        mortar: Mortar side.
+        free: Components of each node that contact may move, (n, 2), for the normals.
+        axisymmetric: Whether the surfaces run around the axis x = 0.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[HeatBody],
+        unknowns: Unknowns,
+        nonmortar: BodySide,
+        mortar: BodySide | RigidSide,
+        free: Bools,
+        axisymmetric: bool,
+    ) -> None:
+        self.comm, self._bodies = unknowns.comm, bodies
+        self._rigid = mortar if isinstance(mortar, RigidSide) else None
+        second = mortar if isinstance(mortar, RigidSide) else mortar.surface
+        n = len(nonmortar.surface.X)
+        X = np.vstack((nonmortar.surface.X, second.X))
+        facets = nonmortar.surface.facets, second.facets + n
+        directions = None if self._rigid is None else self._rigid.directions
+        self.mesh = InterfaceMesh(
+            n, *facets, X, free, axisymmetric=axisymmetric, directions=directions
+        )
+        self._sources = [_source(bodies[nonmortar.body], nonmortar, 0)]
+        if isinstance(mortar, BodySide):
+            self._sources.append(_source(bodies[mortar.body], mortar, n))
+        found = np.zeros(len(X), np.int64)
+        for source in self._sources:
+            found[source.node] += unknowns.numbering.unknown[source.body][source.dofs] + 1
+        self.unknown = self.comm.allreduce(found) - 1
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the mortar side is an obstacle."""
+        return self._rigid is not None
+
+    @property
+    def is_of_body(self) -> Bools:
+        """Which nodes belong to a body, not to an obstacle, (n,)."""
+        count = self.mesh.n_nonmortar if self.is_rigid else len(self.mesh.X)
+        return np.asarray(np.arange(len(self.mesh.X)) < count)
+
+    def positions(self, t: float, ramp_end: float) -> Floats:
+        """Current positions of all nodes [m], (n, 2); collective.
+
+        Args:
+            t: Time, for the motion of an obstacle [s].
+            ramp_end: Time at which constant motions are reached [s].
+        """
+        u = np.zeros_like(self.mesh.X)
+        for source in self._sources:
+            u[source.node] = self._bodies[source.body].u.x.array[source.displacement_dofs]
+        self.comm.Allreduce(MPI.IN_PLACE, u)
+        if self._rigid is not None:
+            u[self.mesh.n_nonmortar :] = [v.at(t, ramp_end) for v in self._rigid.displacement]
+        return self.mesh.X + u
+
+    def gather(self, values: Sequence[Floats], obstacle: float) -> Floats:
+        """Nodal values of the bodies' local arrays, (n,) on all ranks; collective.
+
+        Args:
+            values: One array per body, flat over local dofs.
+            obstacle: Value of an obstacle's nodes.
+        """
+        found = np.zeros(len(self.mesh.X))
+        for source in self._sources:
+            found[source.node] = values[source.body][source.dofs]
+        self.comm.Allreduce(MPI.IN_PLACE, found)
+        if self._rigid is not None:
+            found[self.mesh.n_nonmortar :] = obstacle
+        return found
+
+    def scatter(self, values: Floats, parts: Sequence[Floats]) -> None:
+        """Add nodal values to the bodies' local arrays, each on the rank that owns the node."""
+        for source in self._sources:
+            parts[source.body][source.dofs] += values[source.node]
+
+
+def _source(body: HeatBody, side: BodySide, offset: int) -> _Source:
+    order = np.argsort(side.surface.vertices)
+    at = np.searchsorted(side.surface.vertices[order], body.vertices)
+    at = np.minimum(at, len(order) - 1)
+    owned = body.vertex_dofs[:, 0] < body.n_owned
+    here = owned & (side.surface.vertices[order[at]] == body.vertices)
+    dofs = body.vertex_dofs[here, 0]
+    return _Source(side.body, order[at[here]] + offset, dofs, 2 * dofs[:, None] + np.arange(2))
+
+
+class HeatInterface:
+    """One interface of the heat problem.
+
+    Args:
+        name: Its name.
+        nodes: Its nodes.
+        law: Its laws.
+    """
+
+    def __init__(self, name: str, nodes: HeatNodes, law: HeatInterfaceLaw) -> None:
+        self.name, self.nodes, self.law = name, nodes, law
+        comm, k = nodes.comm, len(nodes.mesh.nonmortar)
+        self._facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
+
+    @property
+    def conducts(self) -> bool:
+        """Whether heat can pass: an obstacle needs a temperature for that."""
+        there = not self.nodes.is_rigid or self.law.obstacle is not None
+        return self.law.conductance is not None and there
+
+    def obstacle_mean(self, times: Floats, weights: Floats) -> float:
+        """Weighted sum of the obstacle's temperature at some times [K]; 0 without one."""
+        if self.law.obstacle is None:
+            return 0.0
+        return float(weights @ [self.law.obstacle(float(t)) for t in times])
+
+    def exchange(
+        self, x: Floats, pressure: Floats, dissipation: Floats, power: float | None
+    ) -> HeatExchange:
+        """Conduction and frictional heat at one configuration; collective.
+
+        ∫ h (ϑ_nm - ϑ_m) (δϑ_nm - δϑ_m) da and ∫ d (β δϑ_nm + (1 - β) δϑ_m) da (21), share β.
+
+        Args:
+            x: Positions of the nodes [m], (n, 2).
+            pressure: p at the nonmortar nodes [Pa], (n_nonmortar,).
+            dissipation: d at the nonmortar nodes [W/m²], (n_nonmortar,).
+            power: Frictional power of mechanics, that ∫ d da is made equal to [W/m]; None to leave
+                it.
+
+        Returns:
+            The exchange.
+        """
+        mesh = self.nodes.mesh
+        normals = nodal_normals(mesh, x)
+        pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
+        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+        points = integration_points(mesh, x, normals, segments)
+        h = np.zeros_like(points.weight)
+        if self.law.conductance is not None and self.conducts:
+            h = self.law.conductance(points.values(pressure), points.gap).h
+        d = points.values(dissipation)
+        raw = float(self._sum(np.array([np.sum(points.weight * d)]))[0])
+        if power is not None and power > 0.0 and raw <= 0.0:  # where nothing is opposite
+            d, raw = np.ones_like(d), 0.0
+        scale, defect = self._scale(points.weight * d, raw, power)
+        nodes, jump = points.jump()
+        share = np.array((self.law.partition,) * 2 + (self.law.partition - 1.0,) * 2)
+        entering = np.einsum("sq,sqi,i->si", scale * points.weight * d, jump, share)
+        friction = np.bincount(nodes.ravel(), entering.ravel(), len(mesh.X)).astype(np.float64)
+        conduction = self._matrix(nodes, nodes, jump, jump, points.weight * h)
+        means = self._means(points, h, scale * d)
+        return HeatExchange(conduction, self._sum(friction), defect, means)
+
+    def _scale(self, load: Floats, raw: float, power: float | None) -> tuple[float, float]:
+        """Factor that makes the frictional heat that of mechanics, and the defect before."""
+        if power is None:
+            return 1.0, 0.0
+        total = float(self._sum(np.array([load.sum()]))[0])
+        largest = max(abs(raw), abs(power))
+        return (power / total if total > 0.0 else 1.0), (
+            (raw - power) / largest if largest > 0.0 else 0.0
+        )
+
+    def _means(self, points: "IntegrationPoints", h: Floats, d: Floats) -> NodalMeans:
+        """Integrals with the nonmortar shape functions; collective."""
+        n = self.nodes.mesh.n_nonmortar
+        nodes, jump = points.jump()
+        rows, w = points.nonmortar, points.weight
+        opposite = np.concatenate((np.zeros_like(points.N), -jump[:, :, 2:]), axis=2)
+        sums = [
+            np.bincount(rows.ravel(), np.einsum("sq,sqi->si", v, points.N).ravel(), n)
+            for v in (w, w * d)
+        ]
+        return NodalMeans(
+            self._sum(sums[0].astype(np.float64)),
+            self._matrix(rows, nodes, points.N, opposite, w)[:n],
+            self._matrix(rows, nodes, points.N, jump, w * h)[:n],
+            self._sum(sums[1].astype(np.float64)),
+        )
+
+    def at_nodes(self, theta: Sequence[Floats], exchange: HeatExchange, t: float) -> SurfaceHeat:
+        """Heat at the nonmortar nodes; collective.
+
+        Args:
+            theta: Temperatures of the bodies [K], flat local arrays.
+            exchange: What it exchanges.
+            t: Time, for an obstacle's temperature [s].
+        """
+        means = exchange.means
+        at = self.nodes.gather(theta, self.obstacle_mean(np.array([t]), np.ones(1)))
+        covered = means.weight > 0.0
+        weight = np.where(covered, means.weight, np.nan)
+        other = np.asarray(means.mortar @ at) / weight
+        if self.nodes.is_rigid and self.law.obstacle is None:
+            other = np.full_like(other, np.nan)
+        flux, dissipation = np.asarray(means.flux @ at) / weight, means.dissipation / weight
+        return SurfaceHeat(at[: len(weight)], other, flux, dissipation)
+
+    def _matrix(
+        self, rows: Ints, cols: Ints, left: Floats, right: Floats, weight: Floats
+    ) -> sp.csr_matrix:
+        """Sum of ∫ left right over all segments of all ranks, (n, n); collective."""
+        comm, n = self.nodes.comm, len(self.nodes.mesh.X)
+        values = np.einsum("sq,sqi,sqj->sij", weight, left, right).ravel()
+        row = np.repeat(rows, cols.shape[1], axis=1).ravel()
+        col = np.tile(cols, (1, rows.shape[1])).ravel()
+        if comm.size > 1:
+            parts = comm.allgather((values, row, col))
+            values, row, col = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return sp.coo_matrix((values, (row, col)), (n, n)).tocsr()
+
+    def _sum(self, values: Floats) -> Floats:
+        """Sum over the ranks; collective."""
+        total = np.empty_like(values)
+        self.nodes.comm.Allreduce(values, total)
+        return total
+
+
+@dataclass(frozen=True)
+class IntegrationPoints:
+    """Integration points of segments.
+
+    Attributes:
+        nonmortar: Nodes of each segment's nonmortar facet, (s, 2).
+        mortar: Nodes of its mortar facet, (s, 2).
+        N: Nonmortar shape functions [-], (s, q, 2).
+        zeta: Mortar facet coordinate in [0, 1], (s, q).
+        gap: g [m], (s, q).
+        weight: Of the integration over the current surface [m], (s, q).
+    """
+
+    nonmortar: Ints
+    mortar: Ints
+    N: Floats
+    zeta: Floats
+    gap: Floats
+    weight: Floats
+
+    def values(self, nodal: Floats) -> Floats:
+        """Nonmortar nodal values at the points, (s, q)."""
+        return np.asarray(np.einsum("sqi,si->sq", self.N, nodal[self.nonmortar]))
+
+    def jump(self) -> tuple[Ints, Floats]:
+        """Nodes (s, 4), and the weights (s, q, 4) that make ϑ_nm - ϑ_m of their temperatures."""
+        z = self.zeta[:, :, None]
+        weights = np.concatenate((self.N, z - 1.0, -z), axis=2)
+        return np.hstack((self.nonmortar, self.mortar)), weights
+
+
+def integration_points(
+    mesh: InterfaceMesh, x: Floats, normals: NormalField, segments: Segments
+) -> IntegrationPoints:
+    """Three Gauss points in each segment.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], (n, 2).
+        normals: Normal field that the segments were cut with.
+        segments: The segments.
+
+    Returns:
+        The points.
+    """
+    nonmortar = mesh.nonmortar[segments.facets[:, 0]]
+    mortar = mesh.mortar[segments.facets[:, 1]]
+    lo, hi = segments.span.T
+    xi = 0.5 * (lo + hi)[:, None] + 0.5 * (hi - lo)[:, None] * POINTS
+    N = np.stack((0.5 * (1.0 - xi), 0.5 * (1.0 + xi)), axis=2)
+    at = np.einsum("sqi,sik->sqk", N, x[nonmortar])
+    n = np.einsum("sqi,sik->sqk", N, normals.n[nonmortar])
+    c, edge = x[mortar[:, 0]][:, None], (x[mortar[:, 1]] - x[mortar[:, 0]])[:, None]
+    zeta = _cross(at - c, n) / _cross(edge, n)
+    gap = np.einsum("sqk,sqk->sq", c + zeta[:, :, None] * edge - at, n) / np.hypot(*n.T).T
+    length = np.hypot(*(x[nonmortar[:, 1]] - x[nonmortar[:, 0]]).T)
+    weight = WEIGHTS * (0.25 * (hi - lo) * length)[:, None]
+    if mesh.axisymmetric:
+        weight = weight * 2.0 * np.pi * at[:, :, 0]
+    return IntegrationPoints(nonmortar, mortar, N, zeta, gap, weight)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,0 +1,1 @@
+"""The laws at a point: contact, friction, conductance, frictional heat."""

@@ -1,0 +1,1 @@
+"""Equations of mechanics with contact: condensed and saddle point."""

@@ -1,0 +1,1 @@
+"""Interface meshes, normals, segments, mortar operators D and M, gap."""

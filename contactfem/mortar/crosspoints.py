@@ -1,0 +1,61 @@
+"""Nodes that stand on several surfaces of interfaces: they carry no multiplier.
+
+Forces of a node with a multiplier are eliminated once, so it must not stand in two interfaces.
+Where surfaces share a node, at an end of each, the multiplier of its neighbour acts for it too (the
+modified basis of `mortar`); this passes a uniform pressure on exactly, as at prescribed nodes.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+
+from contactfem.errors import CaseError
+from contactfem.mortar.interface_mesh import Bools, InterfaceMesh, Ints
+
+Side = tuple[int, Ints]  # body, and its vertices on a surface
+
+
+def shared_nodes(interfaces: Mapping[str, tuple[Side, Side | None]]) -> dict[str, Bools]:
+    """Nonmortar nodes that are on another surface of some interface as well.
+
+    Args:
+        interfaces: Nonmortar and mortar side of each; None for an obstacle.
+
+    Returns:
+        Whether each nonmortar node is shared, by interface.
+    """
+    count = Counter(
+        (side[0], int(vertex))
+        for sides in interfaces.values()
+        for side in sides
+        if side is not None
+        for vertex in side[1]
+    )
+    return {
+        name: np.array([count[body, int(vertex)] > 1 for vertex in vertices])
+        for name, ((body, vertices), _) in interfaces.items()
+    }
+
+
+def check_shared(meshes: Mapping[str, InterfaceMesh]) -> None:
+    """Make sure that beside every shared node another one carries a multiplier.
+
+    Args:
+        meshes: The interfaces by name.
+
+    Raises:
+        CaseError: A facet has none, so contact would not see it.
+    """
+    for name, mesh in meshes.items():
+        if mesh.shared is None:
+            continue
+        ends = mesh.nonmortar
+        lost = mesh.shared[ends].any(1) & ~mesh.carries[ends].any(1)
+        if lost.any():
+            x, y = mesh.X[ends[np.argmax(lost)]].mean(0)
+            raise CaseError(
+                f"interface {name}: nodes of the nonmortar facet at ({x:g}, {y:g}) m are on "
+                "surfaces of other interfaces as well, and none carries a multiplier; refine the "
+                "surface, split it, or make it the mortar side"
+            )

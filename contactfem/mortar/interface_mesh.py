@@ -1,0 +1,241 @@
+"""The two surfaces of an interface as plain arrays, and the normal field of the nonmortar one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from contactfem.common.block_csr import block_rows
+from contactfem.mortar.sparse import Sparse, joined
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+Basis = Literal["dual", "standard"]
+
+
+@dataclass(frozen=True)
+class InterfaceMesh:
+    """Both surfaces numbered together, nonmortar nodes first; the same on all ranks.
+
+    A facet (a, b) has its body on the left, so its outward normal is (dy, -dx) of b - a.
+
+    Attributes:
+        n_nonmortar: Number of nonmortar nodes; they are nodes 0 .. n_nonmortar - 1.
+        nonmortar: Nonmortar facets, shape (k, 2).
+        mortar: Mortar facets, shape (m, 2).
+        X: Reference coordinates of all nodes [m], shape (n, 2).
+        free: Components of each node that contact may move, shape (n, 2).
+        basis: Functions that the multiplier is made of: dual ones (9), or the shape functions (7).
+        axisymmetric: Whether integrals over the interface run around the axis x = 0, with the
+            weight 2πx [m]: its forces are then those of the whole circumference, and integrals are
+            in [m²] where "[m]" is said.
+        directions: Unit normals of the nonmortar nodes and their derivatives, each with respect to
+            the node's own position, where a rigid mortar side gives them; None for averaged ones.
+        shared: Nonmortar nodes that are on another surface of an interface too, shape (n,); None
+            for none.
+    """
+
+    n_nonmortar: int
+    nonmortar: Ints
+    mortar: Ints
+    X: Floats
+    free: Bools
+    basis: Basis = "dual"
+    axisymmetric: bool = False
+    directions: "Directions | None" = None
+    shared: Bools | None = None
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes on both surfaces."""
+        return len(self.X)
+
+    @cached_property
+    def carries(self) -> Bools:
+        """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
+        n = averaged_normals(self, self.X)[0]
+        free = self.free[: self.n_nonmortar]
+        moves = free.all(1) | (free & (np.abs(n) > 0.5)).any(1)
+        return np.asarray(moves if self.shared is None else moves & ~self.shared)
+
+    @cached_property
+    def neighbours(self) -> Ints:
+        """Previous and next nonmortar node of each, -1 at an end, shape (n_nonmortar, 2)."""
+        result = np.full((self.n_nonmortar, 2), -1, np.int64)
+        result[self.nonmortar[:, 1], 0] = self.nonmortar[:, 0]
+        result[self.nonmortar[:, 0], 1] = self.nonmortar[:, 1]
+        return result
+
+
+Directions = Callable[[InterfaceMesh, Floats], tuple[Floats, Floats]]
+
+
+@dataclass(frozen=True)
+class NormalField:
+    """Nodal unit normals of the nonmortar surface and their derivative.
+
+    Attributes:
+        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
+        around: Previous node, the node itself and next node, itself at an end, (n_nonmortar, 3).
+        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, 2, 3, 2).
+        n_nodes: Nodes of both surfaces.
+    """
+
+    n: Floats
+    around: Ints
+    blocks: Floats
+    n_nodes: int
+
+    @cached_property
+    def derivative(self) -> sp.csr_matrix:
+        """dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes)."""
+        return block_rows(self.blocks.reshape(-1, 2, 6), self.around, 2 * self.n_nodes)
+
+    @property
+    def tangent(self) -> Floats:
+        """Unit tangents τ = (n_y, -n_x) [-], shape (n_nonmortar, 2)."""
+        return np.column_stack((self.n[:, 1], -self.n[:, 0]))
+
+
+def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
+    """Averaged nodal normals, n_j = Σ n_f / |Σ n_f| over the facets at j, with derivative.
+
+    Where the mortar side is rigid and gives the direction of contact, that one instead: the last
+    facet of an end that lifts off leans, and with averaged normals the force on it would, too.
+
+    A node that is held in one direction (a symmetry line) has its normal in the other one: the
+    mirrored facet would average it so, and contact can only act there.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        The normal field.
+    """
+    n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
+    free = mesh.free[: mesh.n_nonmortar]
+    held = mesh.carries & ~free.all(1)
+    n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
+    blocks[held] = 0.0
+    own = np.arange(mesh.n_nonmortar)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
+    return NormalField(n, around, blocks, mesh.n_nodes)
+
+
+def _averaged_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged normals (n, 2) and their derivative by previous, own and next node, (n, 2, 3, 2)."""
+    n, length = averaged_normals(mesh, x)
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    size = np.hypot(edge[:, 0], edge[:, 1])
+    t = edge / size[:, None]
+    nf = np.column_stack((t[:, 1], -t[:, 0]))
+    # d n_f = -n_f-component of the edge's turn: (1/L) (t (n_f . d edge)) with the sign of (dy, -dx)
+    turn = -np.einsum("fi,fj->fij", t, nf) / size[:, None, None]
+    project = (np.eye(2) - np.einsum("ji,jk->jik", n, n)) / length[:, None, None]
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    for end, before, after in ((0, 1, 2), (1, 0, 1)):  # a has the facet after it, b before it
+        block = project[ends[:, end]] @ turn
+        blocks[ends[:, end], :, before] -= block
+        blocks[ends[:, end], :, after] += block
+    return n, blocks
+
+
+def _given_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """As `_averaged_field`, of normals that a rigid mortar side gives."""
+    assert mesh.directions is not None
+    n, by_own = mesh.directions(mesh, x)
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    blocks[:, :, 1] = by_own
+    return n, blocks
+
+
+def half_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
+    """Half the length of the facets at each nonmortar node, without the weight of an axis.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,).
+    """
+    edge = x[mesh.nonmortar[:, 1]] - x[mesh.nonmortar[:, 0]]
+    half = np.repeat(0.5 * np.hypot(edge[:, 0], edge[:, 1]), 2)
+    return np.bincount(mesh.nonmortar.ravel(), half, mesh.n_nonmortar).astype(np.float64)
+
+
+def full_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:
+    """The lengths of `facet_lengths` alone.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,).
+    """
+    _, size, share = _shares(mesh, x)
+    half = (size[:, None] * share).ravel()
+    return np.bincount(mesh.nonmortar.ravel(), half, mesh.n_nonmortar).astype(np.float64)
+
+
+def _shares(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats, Floats]:
+    """Edge and length of each facet, and the share of it that each end gets."""
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    weight = 2.0 * np.pi * x[ends, 0] if mesh.axisymmetric else np.ones(ends.shape)
+    return edge, np.hypot(edge[:, 0], edge[:, 1]), (2.0 * weight + weight[:, ::-1]) / 6.0
+
+
+def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Sparse]:
+    """∫ N_j over the facets at each nonmortar node, half their length, with derivative.
+
+    On a facet it is L (2 d_j + d_k) / 6 with the weights d of its ends: 1, or 2πx around an axis.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Lengths [m], shape (n_nonmortar,), and their derivative [-], (n_nonmortar, 2 n_nodes).
+    """
+    ends = mesh.nonmortar
+    edge, size, share = _shares(mesh, x)
+    t = edge / size[:, None]
+    slope = 2.0 * np.pi if mesh.axisymmetric else 0.0
+    entries = []
+    for j in (0, 1):
+        for k, sign in ((0, -1.0), (1, 1.0)):
+            value = sign * share[:, j, None] * t
+            value[:, 0] += size * slope * (2.0 if k == j else 1.0) / 6.0
+            columns = 2 * ends[:, k, None] + np.arange(2)
+            entries.append((np.repeat(ends[:, j], 2), columns.ravel(), value.ravel()))
+    shape = (mesh.n_nonmortar, 2 * mesh.n_nodes)
+    return full_lengths(mesh, x), Sparse.of_triplets(joined(entries), shape)
+
+
+def averaged_normals(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged unit normals of the nonmortar nodes and the length of the sums they come from.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        Normals [-], shape (n_nonmortar, 2), and lengths [-], (n_nonmortar,).
+    """
+    edge = x[mesh.nonmortar[:, 1]] - x[mesh.nonmortar[:, 0]]
+    edge = edge / np.hypot(edge[:, 0], edge[:, 1])[:, None]
+    total = np.zeros((mesh.n_nonmortar, 2))
+    for j in (0, 1):
+        np.add.at(total, mesh.nonmortar[:, j], np.column_stack((edge[:, 1], -edge[:, 0])))
+    length = np.hypot(total[:, 0], total[:, 1])
+    return total / length[:, None], length

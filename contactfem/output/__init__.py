@@ -1,0 +1,1 @@
+"""Fields, tables, pictures, reports and the terminal."""

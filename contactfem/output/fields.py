@@ -1,0 +1,206 @@
+"""Fields of every body for ParaView, written by all ranks together."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import dolfinx
+import numpy as np
+from dolfinx import fem
+
+from mpi4py import MPI
+
+from contactfem.errors import CaseError, WriteError
+from contactfem.results.data import FloatArray
+
+if TYPE_CHECKING:
+    from dolfinx.io import VTXWriter
+
+    from contactfem.heat.body import HeatBody
+
+SPARE = 1 << 20  # bytes that have to stay free for what ADIOS2 writes at the end
+STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
+
+
+def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function:
+    """Average cell values at the vertices, over the cells around each, on whatever rank they are.
+
+    Args:
+        V: space of degree one with as many components as there are values per cell.
+        cell_values: values of the cells of this rank, owned ones first (m, k).
+
+    Returns:
+        The averages.
+    """
+    owned = V.mesh.topology.index_map(V.mesh.topology.dim).size_local
+    dofs = V.dofmap.list[:owned]
+    total, count = fem.Function(V), fem.Function(V)
+    block = V.dofmap.index_map_bs
+    values = np.repeat(cell_values[:owned, None, :], dofs.shape[1], axis=1)
+    np.add.at(total.x.array.reshape(-1, block), dofs, values)
+    np.add.at(count.x.array.reshape(-1, block), dofs, 1.0)
+    for part in (total, count):
+        part.x.scatter_reverse(dolfinx.la.InsertMode.add)
+        part.x.scatter_forward()
+    total.x.array[:] /= np.maximum(count.x.array, 1.0)
+    return total
+
+
+def remove_later(directory: Path, names: Iterable[str], segment: int) -> None:
+    """Remove files of later parts of a run, which are written again or do not count.
+
+    Args:
+        directory: where they are.
+        names: file names without suffix and number.
+        segment: number of the first one to remove, at least 2.
+    """
+    stems = set(names)
+    for name in stems:
+        for path in directory.glob(f"{name}_*.bp"):
+            number = path.stem.removeprefix(f"{name}_")
+            if number.isdecimal() and int(number) >= segment and path.stem not in stems:
+                shutil.rmtree(path)
+
+
+def check_room(comm: MPI.Comm, directory: Path, size: int) -> None:
+    """Refuse to write where there is no room: ADIOS2 would end the process; collective.
+
+    Args:
+        comm: all ranks; the first one looks.
+        directory: where it will be written.
+        size: bytes that each rank is about to write.
+
+    Raises:
+        WriteError: there is not enough room, on all ranks alike.
+    """
+    free = comm.bcast(shutil.disk_usage(directory).free if comm.rank == 0 else 0)
+    if free < 2 * comm.size * size + SPARE:  # twice: the mesh comes with the first time
+        raise WriteError(f"{directory}: cannot be written: no space left for fields")
+
+
+@dataclass(frozen=True)
+class _BodyFile:
+    displacement: fem.Function
+    stress: fem.Function
+    writer: VTXWriter
+
+
+class FieldWriter:
+    """One .bp directory per body with its displacement and Cauchy stress over time."""
+
+    def __init__(
+        self, directory: Path, displacements: Mapping[str, fem.Function], suffix: str = ""
+    ) -> None:
+        """Open the files, on all ranks together.
+
+        Args:
+            directory: where they go; it exists.
+            displacements: displacement of each body, by its name [m].
+            suffix: of the file names, for parts of a run after the first one.
+
+        Raises:
+            CaseError: if this dolfinx was built without ADIOS2, which writes them.
+        """
+        if not dolfinx.has_adios2:
+            raise CaseError("output.fields: this dolfinx has no ADIOS2 to write them; give false")
+        self._directory, self._sources = directory, dict(displacements)
+        self._files = {
+            name: self._open(directory / f"{name}{suffix}.bp", u)
+            for name, u in self._sources.items()
+        }
+
+    def _open(self, path: Path, u: fem.Function) -> _BodyFile:
+        from dolfinx.io import VTXWriter  # not there without ADIOS2
+
+        mesh = u.function_space.mesh
+        shape = (mesh.geometry.dim,)
+        displacement = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, shape)))
+        stress = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (STRESSES,))))
+        displacement.name, stress.name = "displacement", "stress"
+        writer = VTXWriter(mesh.comm, path, [displacement, stress], engine="BP4")
+        return _BodyFile(displacement, stress, writer)
+
+    def write(self, t: float, cell_stresses: Mapping[str, FloatArray]) -> None:
+        """Add a time to every file, on all ranks together.
+
+        Args:
+            t: the time [s].
+            cell_stresses: Cauchy stress of each body's cells on this rank, owned ones first,
+                xx, yy, zz, xy, yz, xz (m, 6) [Pa].
+
+        Raises:
+            WriteError: there is no room.
+        """
+        files = list(self._files.values())
+        size = sum(f.displacement.x.array.nbytes + f.stress.x.array.nbytes for f in files)
+        for file in files[:1]:
+            check_room(file.stress.function_space.mesh.comm, self._directory, size)
+        for name, file in self._files.items():
+            file.displacement.interpolate(self._sources[name])
+            average = nodal_average(file.stress.function_space, cell_stresses[name])
+            file.stress.x.array[:] = average.x.array
+            file.writer.write(t)
+
+    def close(self) -> None:
+        """Close the files, on all ranks together."""
+        for file in self._files.values():
+            file.writer.close()
+
+
+@dataclass(frozen=True)
+class _HeatFile:
+    body: HeatBody
+    flux: fem.Function
+    writer: VTXWriter
+
+
+class HeatFieldWriter:
+    """One .bp directory per body with temperature, heat flux and displacement over time."""
+
+    def __init__(self, directory: Path, bodies: Sequence[HeatBody], suffix: str = "") -> None:
+        """Open the files, on all ranks together.
+
+        Args:
+            directory: where they go; it exists.
+            bodies: the heat problems.
+            suffix: of the file names, for parts of a run after the first one.
+        """
+        self._directory = directory
+        self._files = [
+            self._open(directory / f"{body.name}_heat{suffix}.bp", body) for body in bodies
+        ]
+
+    def _open(self, path: Path, body: HeatBody) -> _HeatFile:
+        from dolfinx.io import VTXWriter  # not there without ADIOS2
+
+        domain = body.mesh.mesh
+        flux = fem.Function(fem.functionspace(domain, ("Lagrange", 1, (domain.geometry.dim,))))
+        flux.name, body.theta.name, body.u.name = "heat_flux", "temperature", "displacement"
+        writer = VTXWriter(domain.comm, path, [body.theta, flux, body.u], engine="BP4")
+        return _HeatFile(body, flux, writer)
+
+    def write(self, t: float) -> None:
+        """Add a time to every file, on all ranks together.
+
+        Args:
+            t: the time [s].
+
+        Raises:
+            WriteError: there is no room.
+        """
+        size = sum(f.body.u.x.array.nbytes + 2 * f.flux.x.array.nbytes for f in self._files)
+        for file in self._files[:1]:
+            check_room(file.body.mesh.mesh.comm, self._directory, size)
+        for file in self._files:
+            average = nodal_average(file.flux.function_space, file.body.cell_flux())
+            file.flux.x.array[:] = average.x.array
+            file.writer.write(t)
+
+    def close(self) -> None:
+        """Close the files, on all ranks together."""
+        for file in self._files:
+            file.writer.close()

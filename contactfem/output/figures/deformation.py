@@ -1,0 +1,110 @@
+"""Plane meshes in pictures: triangles, outlines, and how displacements are magnified."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contactfem.results.data import FloatArray, IntArray, InterfaceTable, RunResult
+
+SHOWN_STRAIN = 0.06  # to which share of the scene's size small displacements are magnified
+GAP_SHOWN = 0.05  # a first gap larger than this share of the displacements forbids to magnify them
+
+
+def triangles(cells: IntArray) -> IntArray:
+    """Split plane cells into triangles.
+
+    Args:
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        Vertices of the triangles (k, 3).
+    """
+    if cells.shape[1] == 3:
+        return cells
+    return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
+
+
+def cell_areas(points: FloatArray, cells: IntArray) -> FloatArray:
+    """Areas of plane cells: half the cross product of the diagonals.
+
+    Args:
+        points: vertices (n, 2) [m].
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        Areas (m,) [m²].
+    """
+    ring = [0, 1, 2, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
+    a, b, c, d = (points[cells[:, i]] for i in ring)
+    p, q = c - a, d - b
+    area: FloatArray = 0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    return area
+
+
+def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
+    """Edges of plane cells, and which of them are on the boundary.
+
+    Args:
+        cells: vertices (m, 3), or (m, 4) in tensor order.
+
+    Returns:
+        All edges once (e, 2), and those of one cell only (b, 2).
+    """
+    ring = [0, 1, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
+    pairs = np.concatenate(
+        [cells[:, [a, b]] for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
+    )
+    edges, counts = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
+    return edges, edges[counts == 1]
+
+
+def _mortar_before(result: RunResult, table: InterfaceTable) -> FloatArray | None:
+    """Return where the mortar nodes of an interface started, None for a curved obstacle."""
+    side = result.case.interfaces[table.name].mortar
+    if side in result.case.obstacles:
+        obstacle = result.case.obstacles[side]
+        if obstacle.shape != "plane":
+            return None
+        normal, point = np.array(obstacle.normal), np.array(obstacle.point)
+        above = (table.X - point) @ normal / float(normal @ normal)
+        before: FloatArray = table.X - above[:, None] * normal
+        return before
+    body = next(body for body in result.bodies if body.name == side.partition(".")[0])
+    rim = np.unique(cell_edges(body.cells)[1])
+    now = body.points[rim] + body.displacement[rim]
+    nearest = [int(np.argmin(np.sum((now - x) ** 2, axis=1))) for x in table.mortar_x]
+    return body.points[rim[nearest]]
+
+
+def _closed_at_start(result: RunResult, moved: float) -> bool:
+    """Whether all interfaces started on straight lines without a gap, to a part of what moved."""
+    for table in result.interfaces:
+        before = _mortar_before(result, table)
+        if before is None:
+            return False
+        away = np.concatenate([table.X, before]) - table.X.mean(axis=0)
+        normal = np.linalg.svd(table.X - table.X.mean(axis=0))[2][-1]
+        if np.abs(away @ normal).max() > GAP_SHOWN * moved:
+            return False
+    return True
+
+
+def magnification(result: RunResult) -> float:
+    """Factor by which displacements are shown: round, and 1 where a gap would be falsified.
+
+    Args:
+        result: the run.
+
+    Returns:
+        The factor [-].
+    """
+    points = np.concatenate([body.points for body in result.bodies])
+    size = float(np.ptp(points, axis=0).max())
+    moved = max(float(np.abs(body.displacement).max()) for body in result.bodies)
+    if moved == 0.0 or moved > 0.5 * SHOWN_STRAIN * size or not _closed_at_start(result, moved):
+        return 1.0
+    factor = SHOWN_STRAIN * size / moved
+    power = 10.0 ** math.floor(math.log10(factor))
+    return max(step * power for step in (1, 2, 5) if step * power <= factor)

@@ -1,0 +1,1 @@
+"""Reports of a run: text, tables and one HTML page."""

@@ -1,0 +1,184 @@
+"""Steps on the page of a run: a row for each with its convergence, and what was decided."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from contactfem.common.unit_display import engineering, scale_for
+from contactfem.output.report.html_markup import NONE, Markup, curve, element, join, table
+from contactfem.output.report.report import number
+
+Step = Mapping[str, Any]
+Column = tuple[str, Callable[[Step], str]]
+
+LOWEST, HIGHEST, LEVEL = 1e-16, 10.0, 1e-10  # of residuals as they are drawn
+# what has a place of its own on the page; all else of a step is told with the decisions
+TOLD = {
+    "step", "t", "dt", "iterations", "cutbacks", "residuals", "open", "stick", "slip", "forces",
+    "dissipation", "wall", "moment_defects", "heat", "errors",
+}  # fmt: skip
+
+
+def steps_section(summary: Mapping[str, Any]) -> Markup:
+    """Table of all accepted steps.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per step; empty without steps.
+    """
+    steps = summary["steps"]
+    if not steps:
+        return Markup()
+    columns = list(_columns(summary))
+    rows = [[show(step) for _, show in columns] for step in steps]
+    note = (
+        "The curves are the scaled residual before each Newton iteration and after the last, from "
+        f"{HIGHEST:g} at the top to {LOWEST:g}; the dashed line is the tolerance."
+    )
+    return join(
+        (
+            table([title for title, _ in columns], rows),
+            element("p", {"class": "soft"}, note) if any(s["residuals"] for s in steps) else "",
+        )
+    )
+
+
+def _columns(summary: Mapping[str, Any]) -> Iterator[Column]:
+    """Columns that say something about this run."""
+    steps = summary["steps"]
+    yield "step", lambda step: str(step["step"])
+    yield "t", lambda step: engineering(step["t"], "s", 5)
+    yield "dt", lambda step: engineering(step["dt"], "s", 3)
+    if any(step["residuals"] for step in steps):
+        level = _tolerance(summary)
+        yield "iterations", lambda step: str(step["iterations"])
+        yield "convergence", lambda step: curve(step["residuals"], LOWEST, HIGHEST, level)
+        yield "residual", lambda step: f"{number((step['residuals'] or [None])[-1]):.1e}"
+        yield "cut-backs", lambda step: str(step["cutbacks"] or "")
+    if any(step[name] for step in steps for name in ("open", "stick", "slip")):
+        yield "open", lambda step: str(step["open"])
+        yield "stick", lambda step: str(step["stick"])
+        yield "slip", lambda step: str(step["slip"])
+    yield from _forces(steps, summary.get("force_unit", "N/m"))
+    if any(step.get("heat") for step in steps):
+        yield "coldest [K]", lambda step: _heat(step, "temperature_min")
+        yield "hottest [K]", lambda step: _heat(step, "temperature_max")
+        yield "passes", lambda step: _heat(step, "passes")
+    yield from _errors(steps)
+    for name in _numbers(steps):
+        yield name.replace("_", " "), lambda step, name=name: _value(step.get(name))  # type: ignore[misc]
+    yield "seconds", lambda step: f"{number(step['wall']):.3g}"
+
+
+def _errors(steps: Sequence[Step]) -> Iterator[Column]:
+    """Estimated errors and counts of cells, where meshes and steps adapt."""
+    found = [step["errors"] for step in steps if step.get("errors")]
+    names = {"mechanics": "error of stress", "heat": "of heat flux", "time": "of rate"}
+    for key, title in names.items():
+        if any(errors[key] is not None for errors in found):
+            yield title, lambda step, key=key: _percent((step.get("errors") or {}).get(key))  # type: ignore[misc]
+    for key, title in {"cells": "cells", "thermal_cells": "thermal cells"}.items():
+        if any(errors[key] for errors in found):
+            yield title, lambda step, key=key: _total((step.get("errors") or {}).get(key))  # type: ignore[misc]
+
+
+def _percent(value: float | None) -> str:
+    return "" if value is None else f"{100.0 * value:.3g} %"
+
+
+def _total(counts: Mapping[str, int] | None) -> str:
+    return str(sum(counts.values())) if counts else ""
+
+
+def _tolerance(summary: Mapping[str, Any]) -> float:
+    """Tolerance of the residual, out of the values of the case."""
+    found = [v for key, v, _ in summary.get("resolved", ()) if key == "solver.tolerance"]
+    return float(found[0]) if found else LEVEL
+
+
+def _forces(steps: Sequence[Step], force_unit: str) -> Iterator[Column]:
+    largest = max((abs(number(f)) for s in steps for both in s["forces"].values() for f in both),
+                  default=0.0)  # fmt: skip
+    unit = scale_for(largest, force_unit)
+    for name in steps[0]["forces"]:
+        for k in range(len(steps[0]["forces"][name])):
+
+            def show(step: Step, name: str = name, k: int = k) -> str:
+                return f"{number(step['forces'][name][k]) / unit.factor:.5g}"
+
+            yield f"{name} F{'xyz'[k]} [{unit.label}]", show
+
+
+def _heat(step: Step, key: str) -> str:
+    return _value((step.get("heat") or {}).get(key))
+
+
+def _value(value: object) -> str:
+    """A number, shortly; nothing for what is none."""
+    return f"{value:.5g}" if isinstance(value, int | float) else ""
+
+
+def _numbers(steps: Sequence[Step]) -> list[str]:
+    """Names of further numbers that steps have, such as errors and counts of cells."""
+    found = {
+        name: None
+        for step in steps
+        for name, value in step.items()
+        if name not in TOLD and isinstance(value, int | float) and not isinstance(value, bool)
+    }
+    return list(found)
+
+
+def decisions(summary: Mapping[str, Any]) -> Markup:
+    """What the run decided on its way: failed steps, and what steps tell besides numbers.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A list by time; empty where nothing had to be decided.
+    """
+    items = sorted(_told(summary), key=lambda item: item[0])
+    if not items:
+        return Markup()
+    listed = element("ul", NONE, *(element("li", NONE, text) for _, text in items))
+    return element("div", {"class": "scroll"}, listed)
+
+
+def _told(summary: Mapping[str, Any]) -> Iterator[tuple[float, str]]:
+    """Times and sentences."""
+    for failure in summary.get("failures", ()):
+        t, dt = number(failure["t"]), number(failure["dt"])
+        reached = engineering(t, "s", 5)
+        again = engineering(dt, "s", 3)
+        yield t, f"Step to t = {reached} failed: {failure['reason']}; tried again with {again}."
+    for step in summary["steps"]:
+        t = number(step["t"])
+        head = f"Step {step['step']}, t = {engineering(t, 's', 5)}"
+        if rings := (step.get("heat") or {}).get("rings"):
+            yield t, f"{head}: {rings}"
+        errors = step.get("errors") or {}
+        for decision in errors.get("decisions", ()):
+            yield t, f"{head}: {decision}"
+        for new in errors.get("remeshes", ()):
+            cells = f"{new['cells_before']} to {new['cells_after']} cells"
+            yield t, f"{head}: new mesh of '{new['body']}' for {new['problem']}, {cells}"
+        for name, value in step.items():
+            if name in TOLD:
+                continue
+            told = value if isinstance(value, list) else [value]
+            for one in told:
+                if isinstance(one, str | Mapping) and one:
+                    yield t, f"{head}, {name.replace('_', ' ')}: {_sentence(one)}"
+
+
+def _sentence(value: object) -> str:
+    """Words, numbers and tables of them as a text."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {_sentence(v)}".replace("_", " ") for k, v in value.items())
+    if isinstance(value, list | tuple):
+        return " and ".join(_sentence(one) for one in value)
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,295 @@
+"""Show finished runs from their directories: steps, verdicts and what they cost."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contactfem.checkpoint.format import NAME
+from contactfem.common.report_table import new_table
+from contactfem.common.unit_display import engineering, scale_for
+from contactfem.errors import CaseError, ExitCode
+from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
+from contactfem.output.tables import SUMMARY
+from contactfem.results.measures import FLOOR_PHASES
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+SHOWN_STEPS = 40  # of more steps, the first and the last are shown
+OTHER_PHASES = ("import", "mesh", "setup", "jit", "output")
+
+
+def read_summary(directory: Path) -> dict[str, Any]:
+    """Read the summary of a finished run.
+
+    Args:
+        directory: directory of the run, or its summary.json.
+
+    Returns:
+        What `output.summarise` collected; numbers that were not finite are None.
+
+    Raises:
+        CaseError: if there is no such run, it has not finished, or the file is not one of ours.
+    """
+    path = Path(directory)
+    path = path if path.name == SUMMARY else path / SUMMARY
+    if not path.parent.is_dir():
+        raise CaseError(f"{directory}: no such directory; a run makes it: contactfem run CASE")
+    if not path.is_file():
+        hint = f"; 'contactfem resume {path.parent}' goes on with it"
+        hint = hint if (path.parent / NAME).is_file() else ""
+        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none{hint}")
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
+    except (ValueError, TypeError) as error:
+        raise CaseError(f"{path}: not a summary of a run: {error}") from None
+    if wrong:
+        raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
+    return dict(summary)
+
+
+def number(value: float | None) -> float:
+    """A number of a summary, where None stands for what is not finite."""
+    return math.nan if value is None else float(value)
+
+
+def allowed_text(low: float | None, high: float | None, unit: str) -> str:
+    """Say what values an expectation allows.
+
+    Args:
+        low: smallest allowed, None or infinite if there is none [unit].
+        high: largest allowed, None or infinite if there is none [unit].
+        unit: SI unit.
+
+    Returns:
+        For instance "9.07 .. 9.63 MPa" or "<= 0.045".
+    """
+    if low is None or math.isinf(low):
+        return f"<= {engineering(number(high), unit)}"
+    if high is None or math.isinf(high):
+        return f">= {engineering(low, unit)}"
+    scale = scale_for(max(abs(low), abs(high)), unit)
+    middle, room = 0.5 * (low + high), 0.5 * (high - low)
+    return f"{middle / scale.factor:.6g} ± {room / scale.factor:.3g} {scale.label}".rstrip()
+
+
+def verdict_table(summary: Mapping[str, Any]) -> Table:
+    """Table of what was expected and what was found.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per expectation.
+    """
+    table = new_table("Expected", "number", "found", "allowed", "")
+    for verdict in summary["verdicts"]:
+        unit = verdict["unit"]
+        found = engineering(number(verdict["value"]), unit, 7)
+        allowed = allowed_text(verdict["low"], verdict["high"], unit)
+        mark = "[green]held[/]" if verdict["passed"] else "[bold red]missed[/]"
+        table.add_row(verdict["key"], found, allowed, mark)
+    return table
+
+
+def step_table(summary: Mapping[str, Any]) -> Table:
+    """Table of the accepted steps; the middle of many is left out.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per step.
+    """
+    steps = summary["steps"]
+    names = list(steps[0]["forces"]) if steps else []
+    largest = max((abs(f) for s in steps for both in s["forces"].values() for f in both), default=0)
+    unit = scale_for(largest, summary.get("force_unit", "N/m"))
+    forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
+    counts = ("iter", "cuts", "residual", "open", "stick", "slip")
+    table = new_table("Steps", "step", "t", *counts, *forces)
+    half = SHOWN_STEPS // 2
+    shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
+    for step in shown:
+        if step is None:
+            table.add_row("...")
+            continue
+        residual = number(step["residuals"][-1] if step["residuals"] else None)
+        table.add_row(
+            str(step["step"]),
+            engineering(step["t"], "s", 4),
+            str(step["iterations"]),
+            str(step["cutbacks"]),
+            f"{residual:.1e}",
+            *(str(step[name]) for name in ("open", "stick", "slip")),
+            *(f"{f / unit.factor:.5g}" for name in names for f in step["forces"][name]),
+        )
+    return table
+
+
+def heat_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Where the heat of a run came from and went to.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name and heat since the start [J/m or J]; empty where heat was not solved for.
+    """
+    heat = [step["heat"] for step in summary["steps"] if step.get("heat")]
+    if not heat:
+        return []
+    held: dict[str, float] = {}
+    for step in heat:
+        for name, value in step["held"].items():
+            held[name] = held.get(name, 0.0) + value
+    rows = [(f"through {name}", value) for name, value in held.items()]
+    for key in ("friction", "loads", "obstacles", "strained", "stored", "defect"):
+        rows.append((key, sum(number(step[key]) for step in heat)))
+    return rows
+
+
+def ringing_steps(summary: Mapping[str, Any]) -> int:
+    """Number of steps in which the time scheme of heat rings.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Their number.
+    """
+    return sum(bool((step.get("heat") or {}).get("rings")) for step in summary["steps"])
+
+
+def heat_table(summary: Mapping[str, Any]) -> Table:
+    """Table of where the heat of the run came from.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per source; empty where heat was not solved for.
+    """
+    unit_name = summary.get("force_unit", "N/m").replace("N", "J")
+    table = new_table("Heat", "", f"since the start [{unit_name}]")
+    for name, value in heat_rows(summary):
+        table.add_row(name, f"{value:.6g}")
+    if rings := ringing_steps(summary):
+        table.add_row("[bold red]steps in which the time scheme rings[/]", str(rings))
+    return table
+
+
+def cost_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Seconds spent per phase, in the order in which they are told.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name, indented where it is a part of the one above, and seconds [s].
+    """
+    timings = summary["timings"]
+    contact = [key for key in timings if key.startswith("contact.")]
+    names = {phase: phase for phase in FLOOR_PHASES}
+    names |= {"contact": "contact"} | {key: f"  {key.partition('.')[2]}" for key in contact}
+    names |= {"newton": "whole solve phase"}
+    names |= {key: key for key in timings if key.startswith("heat.")}
+    names |= {phase: phase for phase in ("transfer", "estimate", "remesh", *OTHER_PHASES, "total")}
+    rows = [(name, timings[key]) for key, name in names.items() if key in timings]
+    floor = sum(key in timings for key in FLOOR_PHASES)
+    return [*rows[:floor], ("= floor", summary["floor"]), *rows[floor:]]
+
+
+def share_of_floor(seconds: float, summary: Mapping[str, Any]) -> str:
+    """Seconds in percent of the floor; nothing where the floor is zero."""
+    floor = summary["floor"]
+    return f"{100.0 * seconds / floor:.0f} %" if floor else ""
+
+
+def cost_table(summary: Mapping[str, Any]) -> Table:
+    """Table of the seconds spent per phase, and their share of the floor.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        A row per phase.
+    """
+    table = new_table("Cost", "phase", "seconds", "of floor")
+    for name, seconds in cost_rows(summary):
+        table.add_row(name, f"{seconds:.3f}", share_of_floor(seconds, summary))
+    return table
+
+
+def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) -> None:
+    sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
+    console.print(f"[bold]{summary['title']}[/]  ({directory})", highlight=False)
+    console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
+    tables = (
+        step_table(summary),
+        heat_table(summary),
+        error_table(summary),
+        remesh_table(summary),
+        uniform_table(summary),
+        verdict_table(summary),
+        cost_table(summary),
+    )
+    for table in tables:
+        if table.row_count:
+            console.print(table)
+    if not summary["converged"]:
+        console.print(f"The run stopped: {summary['message']}", markup=False, style="bold red")
+    for warning in summary.get("warnings", ()):
+        console.print(f"WARNING: {warning}", markup=False, style="yellow")
+
+
+def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
+    table = new_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
+    for directory, summary in rows:
+        verdicts = summary["verdicts"]
+        held = sum(bool(verdict["passed"]) for verdict in verdicts)
+        mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
+        table.add_row(
+            str(directory),
+            str(len(summary["steps"])),
+            str(summary["newton_iterations"]),
+            f"{number(summary['timings'].get('total')):.2f}",
+            f"{held} of {len(verdicts)}",
+            mark,
+        )
+    console.print(table)
+
+
+def report(directories: Sequence[Path], console: Console | None = None) -> int:
+    """Print one run in full, or an overview and the misses of several.
+
+    Args:
+        directories: directories of finished runs.
+        console: where to print, standard output by default.
+
+    Returns:
+        Exit code: 0 if every run came to its end and held what was expected of it, else 1.
+
+    Raises:
+        CaseError: if one of them is not a finished run.
+    """
+    from rich.console import Console
+
+    console = Console() if console is None else console
+    rows = [(directory, read_summary(directory)) for directory in directories]
+    if len(rows) == 1:
+        _print_run(*rows[0], console)
+    else:
+        _print_overview(rows, console)
+        for directory, summary in rows:
+            if not summary["passed"]:
+                console.print(f"[bold]{directory}[/] {summary['message']}", highlight=False)
+                console.print(verdict_table(summary))
+    passed = all(summary["passed"] for _, summary in rows)
+    return ExitCode.DONE if passed else ExitCode.MISSED

@@ -1,0 +1,108 @@
+"""Run a case: set it up, go through its steps, hand over the result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mpi4py import MPI
+
+from contactfem.case.schema import Case
+from contactfem.checkpoint.checkpointer import Keeper
+from contactfem.checkpoint.format import Checkpoint, Origin
+from contactfem.checkpoint.state_io import meshes
+from contactfem.common.timers import Timers
+from contactfem.discretisation.discretise import discretise
+from contactfem.errors import about
+from contactfem.fem.form_cache import compiling
+from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
+from contactfem.output.recorder import Recorder
+from contactfem.results.data import RunResult
+from contactfem.run.result import outcome
+from contactfem.run.time_loop import Loop, newton_solver
+
+
+@dataclass(frozen=True)
+class Invocation:
+    """How a run was started.
+
+    Attributes:
+        command: The command that repeats it.
+        import_seconds: What imports took before it [s].
+        asked: Whether this process is asked to stop.
+    """
+
+    command: str
+    import_seconds: float
+    asked: Callable[[], bool] = bool
+
+
+def run_case(
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation | None = None,
+    resumed: Checkpoint | None = None,
+) -> RunResult:
+    """Solve a case from time zero, or from a checkpoint, to its end; collective.
+
+    Args:
+        case: The case.
+        comm: All ranks.
+        out: Folder for the results, None to write nothing.
+        invocation: How it was started, from the command line.
+        resumed: Where to go on from; its state only counts on the first rank.
+
+    Returns:
+        The results; pictures and probes on the first rank only. If the solver gave up they are
+        those of the last good state, with the reason in `message`.
+
+    Raises:
+        CaseError: The case does not fit its meshes.
+        Interrupted: The run was asked to stop, and its state is written.
+        WriteError: Results cannot be written.
+    """
+    invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
+    with about(case.path):
+        try:
+            return _run(case, comm, out, invocation, resumed)
+        finally:
+            forget(MECHANICS, HEAT)
+
+
+def _run(
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation,
+    resumed: Checkpoint | None,
+) -> RunResult:
+    """Solve a case or the rest of it; collective."""
+    before = dict(resumed.seconds) if resumed is not None else {}
+    start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
+    timers = Timers()
+    for phase, seconds in (*before.items(), ("import", invocation.import_seconds)):
+        timers.add(phase, seconds)
+    progress = resumed.progress if resumed is not None else None
+    with compiling(comm):
+        given = meshes(resumed.state) if resumed is not None else None
+        discretisation = discretise(case, comm, timers, given)
+        solver = newton_solver(case, discretisation, timers) if case.mechanics else None
+        origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
+        keeper = Keeper(case, comm, out, origin, timers, start, invocation.asked)
+        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, progress)
+        with recorder:
+            loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)
+            if resumed is not None:
+                loop.restore(resumed)
+            message = loop.run()
+            loop.flush()
+            last = loop.discretisation, loop.state, loop.progress()
+            result = outcome(case, *last, timers, start, message)
+            if loop.adaptation is not None:
+                first, present = loop.adaptation.first_meshes, loop.adaptation.last_meshes
+                result = replace(result, first_meshes=first, last_meshes=present)
+            recorder.finish(result)
+    return result

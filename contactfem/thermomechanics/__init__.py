@@ -1,0 +1,1 @@
+"""The staggered step and what the two fields exchange."""

@@ -1,0 +1,159 @@
+"""One coupled step: mechanics at given temperatures, heat in the configuration found, and again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mpi4py import MPI
+
+from contactfem.case.settings import Heat
+from contactfem.contact.conditions import Conditions
+from contactfem.heat.interface import HeatExchange
+from contactfem.heat.system import HeatSolution
+from contactfem.laws.complementarity import Trial
+from contactfem.mortar.interface_mesh import Floats
+from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
+from contactfem.thermomechanics.thermal_problem import Thermal
+
+
+@dataclass(frozen=True)
+class HeatOutcome:
+    """The heat side of a coupled step.
+
+    Attributes:
+        solution: Temperatures at its end, and the balance.
+        exchanges: Of the interfaces.
+        passes: How often mechanics and heat were solved.
+        change: Last change of temperature over its range [-].
+        at: The end of the step [s], (1,).
+        dt: Its length [s].
+    """
+
+    solution: HeatSolution
+    exchanges: Sequence[HeatExchange]
+    passes: int
+    change: float
+    at: Floats
+    dt: float
+
+
+class Staggered:
+    """Isothermal split: the mechanical and the thermal problem one after the other.
+
+    Args:
+        solver: Of mechanics; None without it.
+        thermal: The heat side.
+        settings: Passes, tolerance and relaxation.
+    """
+
+    def __init__(self, solver: NewtonSolver | None, thermal: Thermal, settings: Heat) -> None:
+        self._solver, self._thermal, self._settings = solver, thermal, settings
+
+    def attempt(
+        self, step: StepInput, t: float, theta: Sequence[Floats], u: Sequence[Floats]
+    ) -> tuple[SolveReport, HeatOutcome | None]:
+        """Solve one step; collective. The start of the step is not changed, the bodies are.
+
+        Args:
+            step: What mechanics starts from; `step.t` is the end of the step.
+            t: Time at the start of the step [s].
+            theta: Temperatures at its start [K], flat local arrays of the bodies.
+            u: Displacements at its start on the thermal meshes [m], likewise.
+
+        Returns:
+            How mechanics ended, or why the passes did, and the heat side; None where it failed.
+        """
+        settings, guess = self._settings, [values.copy() for values in theta]
+        report = SolveReport(True, "", 0, ())
+        relaxation = _Relaxation(settings.relaxation, self._thermal)
+        change = 0.0
+        for number in range(1, settings.max_passes + 1):
+            report, conditions = self._mechanics(step, guess, report)
+            if not report.converged:
+                return report, None
+            solution, exchanges = self._thermal.solve(
+                theta, u, conditions, t, step.t - t, step.ramp_end
+            )
+            if solution.reason:
+                return replace(report, converged=False, reason=solution.reason), None
+            difference = [b - a for a, b in zip(guess, solution.theta, strict=True)]
+            change = self._relative(difference, solution.theta)
+            if settings.max_passes == 1 or change <= settings.tolerance:
+                end = np.array([step.t])
+                return report, HeatOutcome(solution, exchanges, number, change, end, step.t - t)
+            factor = relaxation.factor(difference)
+            guess = [a + factor * d for a, d in zip(guess, difference, strict=True)]
+            step = self._again(step, conditions)
+        reason = (
+            f"temperatures still change by {change:.1e} of their range after "
+            f"{settings.max_passes} passes (heat.max_passes)"
+        )
+        return replace(report, converged=False, reason=reason), None
+
+    def _mechanics(
+        self, step: StepInput, guess: Sequence[Floats], before: SolveReport
+    ) -> tuple[SolveReport, Sequence[Conditions | None]]:
+        """Mechanics at the guessed temperatures; iterations of all passes add up."""
+        interfaces = self._thermal.interfaces
+        if self._solver is None:
+            return before, [None] * len(interfaces)
+        with self._solver.timers.book("transfer"):
+            self._thermal.warm(guess)
+            warm = [self._thermal.surface_temperature(k, guess) for k in range(len(interfaces))]
+        histories = tuple(
+            replace(history, temperature=temperature)
+            for history, temperature in zip(step.histories, warm, strict=True)
+        )
+        report = self._solver.solve(replace(step, histories=histories))
+        report = replace(
+            report,
+            iterations=before.iterations + report.iterations,
+            residuals=before.residuals + report.residuals,
+        )
+        return report, self._solver.conditions
+
+    def _again(self, step: StepInput, conditions: Sequence[Conditions | None]) -> StepInput:
+        """The same step from the contact status that the last pass found."""
+        starts = tuple(None if c is None else Trial(c.status, c.direction) for c in conditions)
+        return replace(step, starts=starts, known=True)
+
+    def _relative(self, difference: Sequence[Floats], theta: Sequence[Floats]) -> float:
+        """Largest change over the range of temperatures; collective."""
+        largest = max(float(np.abs(d).max(initial=0.0)) for d in difference)
+        top = max(float(values.max(initial=-np.inf)) for values in theta)
+        bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
+        found = np.array((largest, top, bottom))
+        self._thermal.system.comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        span = float(found[1] + found[2])
+        return float(found[0]) / (span if span > 0.0 else 1.0)
+
+
+class _Relaxation:
+    """Factor on the change of a pass: fixed, or Aitken's from the changes of the last two."""
+
+    def __init__(self, setting: str | float, thermal: Thermal) -> None:
+        self._fixed = None if isinstance(setting, str) else setting
+        self._thermal = thermal
+        self._last: list[Floats] | None = None
+        self._factor = 1.0
+
+    def factor(self, difference: list[Floats]) -> float:
+        """ω_k = -ω_k-1 (r_k-1, r_k - r_k-1) / |r_k - r_k-1|²; collective."""
+        if self._fixed is not None:
+            return self._fixed
+        if self._last is not None:
+            turn = [a - b for a, b in zip(difference, self._last, strict=True)]
+            square = self._dot(turn, turn)
+            if square > 0.0:
+                self._factor *= -self._dot(self._last, turn) / square
+        self._last = difference
+        return self._factor
+
+    def _dot(self, a: list[Floats], b: list[Floats]) -> float:
+        """Product over the owned dofs of all bodies; collective."""
+        mine = sum(
+            float(x[: body.n_owned] @ y[: body.n_owned])
+            for body, x, y in zip(self._thermal.bodies, a, b, strict=True)
+        )
+        return float(self._thermal.system.comm.allreduce(mine))

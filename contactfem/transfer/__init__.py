@@ -1,0 +1,1 @@
+"""Fields from one mesh to another."""
