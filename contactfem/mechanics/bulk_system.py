@@ -40,6 +40,11 @@ class System(Unknowns):
             for p in prescribed
         ]
         self.grip_loads = np.zeros(len(grips))
+        self._supported = {  # each dof once, though several conditions may hold it
+            key: np.unique(np.concatenate([d for p, d in held if (p.body, p.component) == key]))
+            for held in [[(p, dofs) for p, (_, dofs, _) in zip(prescribed, self._held, strict=True)]]
+            for key in {(p.body, p.component) for p in prescribed}
+        }
 
     @property
     def axisymmetric(self) -> bool:
@@ -124,6 +129,20 @@ class System(Unknowns):
         held = zip(self.prescribed, self._held, strict=True)
         mine = [float(parts[p.body][dofs].sum()) for p, (_, dofs, _) in held]
         return [float(v) for v in self.comm.allreduce(np.array(mine))] if mine else []
+
+    def supports(self, parts: Sequence[Floats]) -> Floats:
+        """Sum of what all prescribed motions exert on each body [N/m], (bodies, axes); collective.
+
+        Unlike `reactions`, a dof that several conditions hold counts once.
+
+        Args:
+            parts: Local residuals, as `residual` returns them.
+        """
+        total = np.zeros((len(self.bodies), self.bodies[0].mesh.mesh.geometry.dim))
+        for (body, component), dofs in self._supported.items():
+            total[body, component] = parts[body][dofs].sum()
+        self.comm.Allreduce(MPI.IN_PLACE, total)
+        return total
 
     def assemble(self, A: PETSc.Mat, jumps: Sequence[Floats | None]) -> None:
         """Fill a matrix with the bulk tangent; collective.

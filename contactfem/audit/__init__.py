@@ -1,0 +1,1 @@
+"""An independent look at accepted states: plain arrays, none of the code that found them."""

@@ -1,0 +1,198 @@
+"""Collect an accepted state as plain arrays and have it looked at by `audit`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+
+
+from contactfem.audit.forces import BodyForces, ContactForces, HeatTerms
+from contactfem.audit.loads import in_volume, of_pressure, on_surface
+from contactfem.audit.look import Finding, Snapshot, extent, look
+from contactfem.audit.shapes import BodyShape, ObstacleShape
+from contactfem.case.base import AXES
+from contactfem.case.scene import Circle, Condition, Plane
+from contactfem.case.schema import Case
+from contactfem.common.typing import Floats
+from contactfem.contact.conditions import Conditions
+from contactfem.discretisation.discretise import Discretisation
+from contactfem.mechanics.body import BodyProblem
+from contactfem.solvers.newton import NewtonSolver
+
+if TYPE_CHECKING:
+    from contactfem.results.data import HeatStep
+
+
+class Inspector:
+    """Looks at states of a run on one set of meshes.
+
+    Args:
+        case: The case.
+        discretisation: Its meshes.
+        ramp_end: Time at which constant loads and motions are reached [s].
+    """
+
+    def __init__(self, case: Case, discretisation: Discretisation, ramp_end: float) -> None:
+        self._case, self._discretisation, self._ramp_end = case, discretisation, ramp_end
+        self._comm = discretisation.system.comm
+        self._shapes = {
+            name: BodyShape(name, data.points, data.points, data.cells, data.cell_type)
+            for name, body in discretisation.bodies.items()
+            if (data := body.mesh.data) is not None
+        }
+        tables = [t for c in case.conditions for t in c.components().values()]
+        tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
+        self._travel = max((abs(v) for table in tables for v in table.values), default=0.0)
+        self._scene = extent(list(self._shapes.values()), self._obstacles(0.0))
+        sources = [body.vertices[_owned(body)] for body in discretisation.bodies.values()]
+        self._sources = self._comm.gather(sources)
+
+    def finding(
+        self, t: float, solver: NewtonSolver | None, heat: HeatStep | None, dissipation: float
+    ) -> Finding:
+        """What is wrong with the present state of the bodies; the same on all ranks; collective.
+
+        Args:
+            t: Its time [s].
+            solver: Of mechanics; None without it.
+            heat: Heat of the step; None where it is not solved for.
+            dissipation: Work of friction in the step [J/m].
+        """
+        snapshot = self.snapshot(t, solver, heat, dissipation)
+        found = Finding(t) if snapshot is None else look(snapshot)
+        return self._comm.bcast(found) if self._comm.size > 1 else found
+
+    def snapshot(
+        self, t: float, solver: NewtonSolver | None, heat: HeatStep | None, dissipation: float
+    ) -> Snapshot | None:
+        """The present state on the first rank, None elsewhere; collective. As for `finding`."""
+        bodies = self._bodies()
+        supports = solver.supports() if solver is not None else np.empty((0, 2))
+        if self._comm.rank:
+            return None
+        conditions = solver.conditions if solver is not None else []
+        contacts = self._contacts(conditions)
+        floor = solver.round_off if solver is not None else 0.0
+        return Snapshot(
+            t,
+            tuple(bodies),
+            self._obstacles(t),
+            contacts,
+            self._forces(bodies, t, supports, floor),
+            self._discretisation.unheld,
+            self._scene,
+            self._travel,
+            self._case.axisymmetric,
+            None if heat is None else _heat_terms(heat, dissipation),
+        )
+
+    def _bodies(self) -> list[BodyShape]:
+        """Bodies where they are, on the first rank; collective."""
+        bodies = self._discretisation.bodies.values()
+        mine = [
+            body.u.x.array[body.vertex_dofs[_owned(body)]] for body in bodies
+        ]
+        parts = self._comm.gather(mine)
+        if parts is None or self._sources is None:
+            return []
+        result = []
+        for k, shape in enumerate(self._shapes.values()):
+            x = shape.X.copy()
+            for vertices, part in zip(self._sources, parts, strict=True):
+                x[vertices[k]] += part[k]
+            result.append(shape.moved(x))
+        return result
+
+    def _obstacles(self, t: float) -> tuple[ObstacleShape, ...]:
+        """Obstacles at a time [s]."""
+        result = []
+        for name, o in self._case.obstacles.items():
+            at = np.array([o.displacement[axis].at(t, self._ramp_end) for axis in "xy"])
+            if isinstance(o, Plane):
+                points = np.array((np.array(o.point) + at, o.normal))
+                result.append(ObstacleShape(name, "plane", points))
+            elif isinstance(o, Circle):
+                centre = np.array((o.center,)) + at
+                result.append(ObstacleShape(name, "circle", centre, o.radius, o.inside))
+            else:
+                chain = np.array(o.points) + at
+                result.append(ObstacleShape(name, "polyline", chain, closed=o.closed))
+        return tuple(result)
+
+    def _contacts(self, conditions: Sequence[Conditions]) -> tuple[ContactForces, ...]:
+        """Forces of the interfaces."""
+        result = []
+        for interface, c in zip(self._discretisation.interfaces, conditions, strict=True):
+            sides = self._case.interfaces[interface.name]
+            carries, bound = interface.nodes.mesh.carries, c.limit.value * c.operators.D
+            compliance = np.maximum(interface.contact.law.normal_compliance, c.kappa)
+            result.append(
+                ContactForces(
+                    interface.name,
+                    sides.nonmortar.partition(".")[0],
+                    sides.mortar.partition(".")[0],
+                    c.operators.x,
+                    c.operators.normals.n,
+                    -c.nodal_forces(),
+                    np.where(carries, np.where(c.active, bound, 0.0), np.inf),
+                    c.slip,
+                    c.history.D * c.traction * c.plastic_slip,
+                    np.where(c.active, compliance * np.abs(c.pressure), 0.0),
+                )
+            )
+        return tuple(result)
+
+    def _forces(
+        self, bodies: Sequence[BodyShape], t: float, supports: Floats, floor: float
+    ) -> tuple[BodyForces, ...]:
+        """Loads and supports of the bodies; none without mechanics."""
+        result = []
+        for shape, support in zip(bodies, supports, strict=False):
+            mine = [c for c in self._case.conditions if c.body == shape.name]
+            parts = [self._load(c, shape, t) for c in mine]
+            total = np.sum(parts, axis=0) if parts else np.zeros(len(support))
+            size = sum(float(np.linalg.norm(part)) for part in parts)
+            size += float(np.linalg.norm(support))
+            result.append(BodyForces(shape.name, total, support, size, floor))
+        return tuple(result)
+
+    def _load(self, condition: Condition, shape: BodyShape, t: float) -> Floats:
+        """Resultant of a condition's load [N/m], zero without one."""
+        axes, around = AXES[: shape.X.shape[1]], self._case.axisymmetric
+        if condition.grip is not None:
+            force = condition.grip.force
+            return np.array([force[a].at(t, self._ramp_end) if a in force else 0.0 for a in axes])
+        mesh = self._discretisation.bodies[shape.name].mesh
+        facets = mesh.groups[condition.surface] if condition.surface is not None else None
+        if condition.pressure is not None and facets is not None:
+            x = shape.X if self._case.strain == "small" else shape.x
+            return of_pressure(
+                x, facets, condition.pressure.at(t, self._ramp_end), axisymmetric=around
+            )
+        given = condition.traction or condition.body_force or {}
+        density = np.array(
+            [given[a].at(t, self._ramp_end) if a in given else 0.0 for a in axes]
+        )
+        if facets is not None:
+            return on_surface(shape.X, facets, density, axisymmetric=around)
+        return in_volume(shape, density, axisymmetric=around)
+
+
+def _owned(body: BodyProblem) -> Floats:
+    """Which vertices are this rank's own."""
+    return np.asarray(body.vertex_dofs[:, 0] < body.n_owned)
+
+
+def _heat_terms(heat: HeatStep, dissipation: float) -> HeatTerms:
+    """Heat of a step by where it came from."""
+    sources = {
+        "prescribed": sum(heat.held.values()),
+        "loads": heat.loads,
+        "friction": heat.friction,
+        "obstacles": heat.obstacles,
+        "strained": heat.strained,
+    }
+    return HeatTerms(heat.stored, sources, dissipation)
