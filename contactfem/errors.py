@@ -1,4 +1,4 @@
-"""The exceptions that a user may see, and how the program ends with them."""
+"""Exceptions that a user may see, and exit codes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +14,7 @@ class ExitCode(IntEnum):
     BAD_CASE = 2
     GAVE_UP = 3
     INTERRUPTED = 4  # by a signal; the state is written
+    WRONG = 5  # what was found cannot be: it is not accepted
     BUG = 70
 
 

@@ -15,7 +15,7 @@ from contactfem.errors import CaseError, ContactfemError, ExitCode
 INTERRUPTED = 130  # as shells have it
 EXIT_CODES = (
     "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up, "
-    "4 stopped by a signal and can be resumed"
+    "4 stopped by a signal and can be resumed, 5 a state that cannot be (solver.verify)"
 )
 
 
@@ -193,7 +193,7 @@ def _folders(path: Path) -> list[Path]:
     Raises:
         CaseError: there is neither.
     """
-    from contactfem.case.overrides import nearest
+    from contactfem.common.text import nearest
 
     if path.is_dir():
         return [path]

@@ -1,4 +1,4 @@
-"""`contactfem run` and `resume`: one voice and one exit code, however many ranks there are."""
+"""`contactfem run` and `contactfem resume`."""
 
 import shlex
 import sys
@@ -183,7 +183,7 @@ def _run_one(
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
     if not result.converged:
-        return ExitCode.GAVE_UP
+        return ExitCode.WRONG if result.wrong else ExitCode.GAVE_UP
     return ExitCode.DONE if passed else ExitCode.MISSED
 
 

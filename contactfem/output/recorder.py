@@ -1,4 +1,4 @@
-"""What a run says and writes while it goes: terminal, tables and field files."""
+"""Output of a run while it goes: terminal, tables, fields."""
 
 from __future__ import annotations
 
@@ -186,6 +186,21 @@ class Recorder:
         """Say what is doubtful though the run goes on."""
         if self._voice is not None:
             self._voice.say(f"WARNING: {text}")
+
+    def state(self, state: Snapshot | None) -> None:
+        """Write the last accepted state, on the first rank, to be looked at again.
+
+        Args:
+            state: The state; None where there is none.
+
+        Raises:
+            WriteError: That cannot be done.
+        """
+        if self._out is not None and state is not None:
+            from contactfem.audit.files import write_state
+
+            with self._timers.book("output"), self._writing():
+                write_state(self._out, state)
 
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank.

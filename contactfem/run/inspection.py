@@ -1,29 +1,98 @@
-"""Collect an accepted state as plain arrays and have it looked at by `audit`."""
+"""Have every state that would be accepted looked at by `audit`, as plain arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 
 
-from contactfem.audit.forces import BodyForces, ContactForces, HeatTerms
+from contactfem.audit.files import heat_terms
+from contactfem.audit.forces import BodyForces, ContactForces, breaches_of_heat
 from contactfem.audit.loads import in_volume, of_pressure, on_surface
 from contactfem.audit.look import Finding, Snapshot, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
 from contactfem.case.scene import Circle, Condition, Plane
 from contactfem.case.schema import Case
-from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.common.typing import Bools, Floats
+from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.mechanics.body import BodyProblem
 from contactfem.solvers.newton import NewtonSolver
 
 if TYPE_CHECKING:
     from contactfem.results.data import HeatStep
+
+LESS = 0.7  # of what was found with twice the step: shorter steps help
+
+
+class Verification:
+    """Looks at every state of a run that would be accepted.
+
+    Args:
+        case: The case.
+        ramp_end: Time at which constant loads and motions are reached [s].
+
+    Attributes:
+        last: The last accepted state on the first rank; None elsewhere and before the first.
+        worst: What was found of the step that is tried; empty while all is well.
+    """
+
+    def __init__(self, case: Case, ramp_end: float) -> None:
+        self._case, self._ramp_end = case, ramp_end
+        self._inspector: Inspector | None = None
+        self._said: set[str] = set()
+        self._seen: Snapshot | None = None
+        self.last: Snapshot | None = None
+        self.worst: list[Finding] = []
+
+    def look(self, t: float, discretisation: Discretisation, solver: NewtonSolver) -> Finding:
+        """What is wrong with the present state of the bodies; collective.
+
+        Args:
+            t: Its time [s].
+            discretisation: The present meshes.
+            solver: Of mechanics.
+        """
+        if self._inspector is None or self._inspector.discretisation is not discretisation:
+            self._inspector = Inspector(self._case, discretisation, self._ramp_end)
+        found, self._seen = self._inspector.finding(t, solver)
+        self.worst = [*self.worst, found] if found.breaches else []
+        return found
+
+    @property
+    def shorter_helps(self) -> bool:
+        """Whether a shorter step may be right where this one was not, as far as was seen."""
+        now = self.worst[-1].breaches[0]
+        if len(self.worst) < 2:
+            return now.measure > 0.0
+        before = self.worst[-2].breaches[0]
+        return now.kind != before.kind or now.measure < LESS * before.measure
+
+    def accepted(self) -> None:
+        """The state that was looked at last is accepted."""
+        self.last, self.worst = self._seen, []
+
+    def new(self, finding: Finding) -> bool:
+        """Whether something of a kind is found that was not said before; said from now on."""
+        kinds = {breach.kind for breach in finding.breaches}
+        fresh = bool(kinds - self._said)
+        self._said |= kinds
+        return fresh
+
+    def of_heat(self, heat: HeatStep, t: float, dissipation: float) -> Finding:
+        """What is wrong with the heat of a step.
+
+        Args:
+            heat: The heat.
+            t: Time at its end [s].
+            dissipation: Work of friction in it [J/m].
+        """
+        return Finding(t, tuple(breaches_of_heat(heat_terms(asdict(heat), dissipation))))
 
 
 class Inspector:
@@ -36,7 +105,7 @@ class Inspector:
     """
 
     def __init__(self, case: Case, discretisation: Discretisation, ramp_end: float) -> None:
-        self._case, self._discretisation, self._ramp_end = case, discretisation, ramp_end
+        self._case, self.discretisation, self._ramp_end = case, discretisation, ramp_end
         self._comm = discretisation.system.comm
         self._shapes = {
             name: BodyShape(name, data.points, data.points, data.cells, data.cell_type)
@@ -50,48 +119,38 @@ class Inspector:
         sources = [body.vertices[_owned(body)] for body in discretisation.bodies.values()]
         self._sources = self._comm.gather(sources)
 
-    def finding(
-        self, t: float, solver: NewtonSolver | None, heat: HeatStep | None, dissipation: float
-    ) -> Finding:
-        """What is wrong with the present state of the bodies; the same on all ranks; collective.
+    def finding(self, t: float, solver: NewtonSolver) -> tuple[Finding, Snapshot | None]:
+        """What is wrong with the present state, and that state on the first rank; collective.
 
         Args:
             t: Its time [s].
-            solver: Of mechanics; None without it.
-            heat: Heat of the step; None where it is not solved for.
-            dissipation: Work of friction in the step [J/m].
+            solver: Of mechanics.
         """
-        snapshot = self.snapshot(t, solver, heat, dissipation)
+        snapshot = self.snapshot(t, solver)
         found = Finding(t) if snapshot is None else look(snapshot)
-        return self._comm.bcast(found) if self._comm.size > 1 else found
+        return (self._comm.bcast(found) if self._comm.size > 1 else found), snapshot
 
-    def snapshot(
-        self, t: float, solver: NewtonSolver | None, heat: HeatStep | None, dissipation: float
-    ) -> Snapshot | None:
+    def snapshot(self, t: float, solver: NewtonSolver) -> Snapshot | None:
         """The present state on the first rank, None elsewhere; collective. As for `finding`."""
         bodies = self._bodies()
-        supports = solver.supports() if solver is not None else np.empty((0, 2))
+        supports = solver.supports()
         if self._comm.rank:
             return None
-        conditions = solver.conditions if solver is not None else []
-        contacts = self._contacts(conditions)
-        floor = solver.round_off if solver is not None else 0.0
         return Snapshot(
             t,
             tuple(bodies),
             self._obstacles(t),
-            contacts,
-            self._forces(bodies, t, supports, floor),
-            self._discretisation.unheld,
+            self._contacts(solver.conditions),
+            self._forces(bodies, t, supports, solver.round_off),
+            self.discretisation.unrestrained,
             self._scene,
             self._travel,
             self._case.axisymmetric,
-            None if heat is None else _heat_terms(heat, dissipation),
         )
 
     def _bodies(self) -> list[BodyShape]:
         """Bodies where they are, on the first rank; collective."""
-        bodies = self._discretisation.bodies.values()
+        bodies = self.discretisation.bodies.values()
         mine = [
             body.u.x.array[body.vertex_dofs[_owned(body)]] for body in bodies
         ]
@@ -122,12 +181,12 @@ class Inspector:
                 result.append(ObstacleShape(name, "polyline", chain, closed=o.closed))
         return tuple(result)
 
-    def _contacts(self, conditions: Sequence[Conditions]) -> tuple[ContactForces, ...]:
+    def _contacts(self, conditions: Sequence[ContactState]) -> tuple[ContactForces, ...]:
         """Forces of the interfaces."""
         result = []
-        for interface, c in zip(self._discretisation.interfaces, conditions, strict=True):
+        for interface, c in zip(self.discretisation.interfaces, conditions, strict=True):
             sides = self._case.interfaces[interface.name]
-            carries, bound = interface.nodes.mesh.carries, c.limit.value * c.operators.D
+            carries, bound = interface.nodes.mesh.has_multiplier, c.limit.value * c.operators.D
             compliance = np.maximum(interface.contact.law.normal_compliance, c.kappa)
             result.append(
                 ContactForces(
@@ -165,7 +224,7 @@ class Inspector:
         if condition.grip is not None:
             force = condition.grip.force
             return np.array([force[a].at(t, self._ramp_end) if a in force else 0.0 for a in axes])
-        mesh = self._discretisation.bodies[shape.name].mesh
+        mesh = self.discretisation.bodies[shape.name].mesh
         facets = mesh.groups[condition.surface] if condition.surface is not None else None
         if condition.pressure is not None and facets is not None:
             x = shape.X if self._case.strain == "small" else shape.x
@@ -181,18 +240,6 @@ class Inspector:
         return in_volume(shape, density, axisymmetric=around)
 
 
-def _owned(body: BodyProblem) -> Floats:
+def _owned(body: BodyProblem) -> Bools:
     """Which vertices are this rank's own."""
     return np.asarray(body.vertex_dofs[:, 0] < body.n_owned)
-
-
-def _heat_terms(heat: HeatStep, dissipation: float) -> HeatTerms:
-    """Heat of a step by where it came from."""
-    sources = {
-        "prescribed": sum(heat.held.values()),
-        "loads": heat.loads,
-        "friction": heat.friction,
-        "obstacles": heat.obstacles,
-        "strained": heat.strained,
-    }
-    return HeatTerms(heat.stored, sources, dissipation)

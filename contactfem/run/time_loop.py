@@ -1,4 +1,4 @@
-"""The loop over the steps of a run: try, judge, record, and choose the next."""
+"""The loop over the steps of a run."""
 
 from __future__ import annotations
 
@@ -9,27 +9,35 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, ShorterStep, Verdict
+from contactfem.adaptivity.decisions import (
+    Advance,
+    Decision,
+    GiveUp,
+    MeshHistory,
+    RemeshAndRepeat,
+    RepeatStep,
+)
 from contactfem.case.schema import Case
 from contactfem.case.time_points import stops
-from contactfem.checkpoint.checkpointer import Keeper, Moment, Writing
+from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
 from contactfem.checkpoint.state_io import restored
 from contactfem.common.timers import Timers
-from contactfem.contact.initial_active_set import first_contact
+from contactfem.contact.initial_active_set import initial_active_set
 from contactfem.contact.resultants import defects
 from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.observables import forces
 from contactfem.discretisation.state import State, initial_state
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, StepReport
-from contactfem.run.step_control import GiveUp, StepLimits, after_failure, after_success, clipped
+from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 if TYPE_CHECKING:
     from contactfem.adaptivity.adaptation import Adaptation
+    from contactfem.run.inspection import Verification
     from contactfem.thermomechanics.staggered import HeatOutcome
     from contactfem.thermomechanics.thermal_problem import Thermal
 
@@ -58,7 +66,7 @@ class Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
-        keeper: Keeper,
+        keeper: Checkpointer,
         timers: Timers,
         resumed: Progress | None,
     ) -> None:
@@ -81,6 +89,8 @@ class Loop:
         self.stops = stops(case)
         self.alone = self._alone()
         self.cautious = start.cautious
+        self.verification = _verification(case, self.ramp_end)
+        self.wrong = False
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
@@ -120,22 +130,20 @@ class Loop:
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
-                    if isinstance(verdict, Accept):
+                    if not isinstance(verdict, Advance):
+                        self.dt, self.easy = self._again(verdict, self.dt), []
+                        continue
+                    solved, decision = self._looked_at(solved, self.state.t + step, decision)
+                    if solved.converged:
                         break
-                    self.dt, self.easy = self._again(verdict, self.dt), []
-                    continue
                 self.state.restore(self.discretisation)
-                if not solved.converged and self._renewed():
+                if not solved.converged and not self.wrong and self._renewed():
                     continue
                 reason = solved.doubt or self._why(solved)
                 if isinstance(decision, GiveUp):
                     self.dt, self.easy, self.cautious = first  # other limits may do
                     self._keep(self.keeper.write)
-                    return (
-                        f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
-                        f"{reason}; {decision.reason}. The last good state, "
-                        f"t = {self.state.t:g} s, is written{self.keeper.hint}"
-                    )
+                    return self._ending(self.state.t + step, reason, decision)
                 self.recorder.failure(self.state.t + step, reason, decision.dt)
                 self.cautious = not self.cautious  # what did not work once, or does not any more
                 self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
@@ -143,11 +151,64 @@ class Loop:
                 self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
+            if why := self._heat_looked_at(report):
+                return why
             if self.solver is not self.reusing:
                 self._use(self.reusing)
             self._choose_step(report, verdict.dt)
         self._keep(self.keeper.finish)
         return ""
+
+    def _ending(self, t: float, reason: str, decision: GiveUp) -> str:
+        """Why the run ends before a time [s]."""
+        what = "the state is not accepted" if self.wrong else f"no equilibrium found at t = {t:g} s"
+        why = f"{reason}; {decision.reason}" if decision.reason else reason
+        return (
+            f"{self.case.path}: {what}: {why}. The last good state, t = {self.state.t:g} s, is "
+            f"written{self.keeper.hint}"
+        )
+
+    def _looked_at(
+        self, solved: SolveReport, t: float, decision: Decision
+    ) -> tuple[SolveReport, Decision]:
+        """The same report, or a failure where the state found cannot be; collective.
+
+        Args:
+            solved: How the step was solved.
+            t: Time at its end [s].
+            decision: What would become of it if it had failed.
+
+        Returns:
+            How it was solved, and what becomes of it if that is a failure.
+        """
+        self.wrong = False
+        if self.verification is None or self.solver is None:
+            return solved, decision
+        found = self.verification.look(t, self.discretisation, self.solver)
+        if not found.breaches or self.case.solver.verify == "warn":
+            if found.breaches and self.verification.new(found):
+                self._warn(str(found))
+            self.verification.accepted()
+            return solved, decision
+        self.wrong = True
+        if not self.verification.shorter_helps:
+            decision = GiveUp("")
+        return replace(solved, converged=False, doubt="", reason=str(found)), decision
+
+    def _heat_looked_at(self, report: StepReport) -> str:
+        """Why the run ends after a step with heat that cannot be, else empty; collective."""
+        if self.verification is None or report.heat is None:
+            return ""
+        found = self.verification.of_heat(report.heat, report.t, report.dissipation)
+        if not found.breaches:
+            return ""
+        if self.case.solver.verify == "warn":
+            if self.verification.new(found):
+                self._warn(str(found))
+            return ""
+        self.wrong = True
+        self._keep(self.keeper.write)
+        return self._ending(report.t, str(found), GiveUp(""))
 
     def _choose_step(self, report: StepReport, wanted: float | None) -> None:
         """Length of the next step: what its error wants, or else what Newton's method bears."""
@@ -159,7 +220,7 @@ class Loop:
 
     def _keep(self, write: Writing) -> None:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
-        moment = Moment(self.discretisation, self.state, self.before, self.progress())
+        moment = RunState(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
             self._warn(trouble)
 
@@ -176,16 +237,16 @@ class Loop:
         self.solver = solver
         self.heat = _HeatSide(self.case, heat, solver) if heat else None
 
-    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Decision:
         """What becomes of a step that was solved; collective."""
         if self.adaptation is None:
-            return Accept(None, None)
+            return Advance(None, None)
         conditions = self.solver.conditions if self.solver is not None else []
         return self.adaptation.judge(self.state, conditions, heat, t)
 
-    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+    def _again(self, verdict: RemeshAndRepeat | RepeatStep, dt: float) -> float:
         """Prepare to take the step again, on new meshes or with another length; returns that."""
-        if isinstance(verdict, NewMeshes):
+        if isinstance(verdict, RemeshAndRepeat):
             self._take_new_meshes(verdict)
             return dt
         if verdict.back == 2 and self.before is not None:
@@ -195,7 +256,7 @@ class Loop:
         self.state.restore(self.discretisation)
         return verdict.dt
 
-    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+    def _take_new_meshes(self, verdict: RemeshAndRepeat) -> None:
         """Go on with new meshes from the last good state; collective."""
         from contactfem.adaptivity.remesh import carried, new_meshes
 
@@ -240,6 +301,8 @@ class Loop:
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
+        if self.wrong:
+            return solved.reason
         held = {self.discretisation.interfaces[k].name for k in self.alone}
         history = self.solver.history if self.solver is not None else []
         status = explain(self.discretisation.interfaces, history, held)
@@ -249,9 +312,11 @@ class Loop:
         """Whether only contact can hold a body of an interface."""
         sides = self.case.interfaces[name]
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
-        return not bodies.isdisjoint(self.discretisation.unheld)
+        return not bodies.isdisjoint(self.discretisation.unrestrained)
 
     def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
+        """Solve a step to a time [s]; collective."""
+        self.wrong = False
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
@@ -271,7 +336,7 @@ class Loop:
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
         return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
-    def _start(self, k: int) -> Trial | None:
+    def _start(self, k: int) -> ActiveSet | None:
         """Status that the first iteration of a step takes for an interface.
 
         That of the last step where there was contact: with a linear bulk and loads that grow in
@@ -284,8 +349,8 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        return first_contact(operators.gap, operators.length, seen, k in self.alone)
+        seen = np.isfinite(operators.gap) & interface.nodes.mesh.has_multiplier
+        return initial_active_set(operators.gap, operators.length, seen, k in self.alone)
 
     def _accept(
         self,
@@ -343,11 +408,20 @@ class Loop:
         return report
 
 
+def _verification(case: Case, ramp_end: float) -> Verification | None:
+    """What looks at accepted states, only imported where the case does not decline it."""
+    if not case.solver.verify:
+        return None
+    from contactfem.run.inspection import Verification
+
+    return Verification(case, ramp_end)
+
+
 def _adaptation(
     case: Case,
     discretisation: Discretisation,
     timers: Timers,
-    lasting: tuple[Lasting, Lasting] | None,
+    lasting: tuple[MeshHistory, MeshHistory] | None,
 ) -> Adaptation | None:
     """What judges steps, only imported where the case asks for an error."""
     if case.adaptivity is None:
@@ -362,8 +436,9 @@ class _HeatSide:
 
     def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
         from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import Staggered
+        from contactfem.thermomechanics.staggered import Passes, Staggered
 
         assert case.heat is not None
-        self.driver = Staggered(solver, thermal, case.heat)
+        passes = Passes(case.heat.max_passes, case.heat.tolerance, case.heat.relaxation)
+        self.driver = Staggered(solver, thermal, passes)
         self.record = HeatRecord(thermal)
