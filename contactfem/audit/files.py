@@ -10,7 +10,7 @@ import numpy as np
 
 from contactfem.audit.breach import Breach
 from contactfem.audit.forces import BodyForces, ContactForces, HeatTerms, breaches_of_heat
-from contactfem.audit.look import Finding, Snapshot, look
+from contactfem.audit.look import Finding, AuditState, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.common.typing import Floats
 from contactfem.errors import CaseError
@@ -25,7 +25,7 @@ RECORDS = {
 NEGATIVE = 1e-9  # of all work of friction that a step may seem to give back
 
 
-def write_state(folder: Path, state: Snapshot) -> None:
+def write_state(folder: Path, state: AuditState) -> None:
     """Write a state into the folder of a run.
 
     Args:
@@ -50,7 +50,7 @@ def write_state(folder: Path, state: Snapshot) -> None:
     np.savez(folder / NAME, **arrays)  # type: ignore[arg-type]
 
 
-def read_state(folder: Path) -> Snapshot:
+def read_state(folder: Path) -> AuditState:
     """Read the last state of a run.
 
     Args:
@@ -72,7 +72,7 @@ def read_state(folder: Path) -> Snapshot:
             for part, kind in RECORDS.items()
         }
         head["unrestrained"] = frozenset(head["unrestrained"])
-        return Snapshot(**head, **parts)
+        return AuditState(**head, **parts)
     except FileNotFoundError:
         raise CaseError(
             f"{path}: there is no such file: a run writes it at its end unless solver.verify is "

@@ -20,7 +20,7 @@ SHOWN = 3  # cells named
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class AuditState:
     """What is looked at.
 
     Attributes:
@@ -84,7 +84,7 @@ class Finding:
         return f"{first} (and {more} more)" if more > 0 else first
 
 
-def look(state: Snapshot) -> Finding:
+def look(state: AuditState) -> Finding:
     """Everything that is wrong with a state.
 
     Args:
@@ -115,14 +115,14 @@ def extent(bodies: Sequence[BodyShape], obstacles: Sequence[ObstacleShape]) -> f
     return float(np.linalg.norm(np.ptp(np.concatenate(points), axis=0))) if points else 0.0
 
 
-def _of_numbers(state: Snapshot) -> Iterator[Breach]:
+def _of_numbers(state: AuditState) -> Iterator[Breach]:
     """Positions that are no numbers."""
     for body in state.bodies:
         if not np.isfinite(body.x).all():
             yield Breach("motion", f"body '{body.name}' is nowhere", "shorter steps may help")
 
 
-def _of_motion(state: Snapshot) -> Iterator[Breach]:
+def _of_motion(state: AuditState) -> Iterator[Breach]:
     """Bodies that have left the scene."""
     for body in state.bodies:
         moved = float(np.linalg.norm((body.x - body.X).mean(0)))
@@ -138,7 +138,7 @@ def _of_motion(state: Snapshot) -> Iterator[Breach]:
             )
 
 
-def _of_cells(state: Snapshot) -> Iterator[Breach]:
+def _of_cells(state: AuditState) -> Iterator[Breach]:
     """Cells that are inside out."""
     for body in state.bodies:
         cells = body.turned_over()

@@ -21,6 +21,7 @@ from contactfem.output.gather import body_pictures, heat_pictures, interface_tab
 from contactfem.results.data import Failure, RunResult, StepReport
 
 if TYPE_CHECKING:
+    from contactfem.audit.look import AuditState
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
     from contactfem.output.tables import OutputWriter
     from contactfem.output.terminal import Reporter
@@ -187,7 +188,7 @@ class Recorder:
         if self._voice is not None:
             self._voice.say(f"WARNING: {text}")
 
-    def state(self, state: Snapshot | None) -> None:
+    def state(self, state: AuditState | None) -> None:
         """Write the last accepted state, on the first rank, to be looked at again.
 
         Args:

@@ -13,7 +13,7 @@ import numpy as np
 from contactfem.audit.files import heat_terms
 from contactfem.audit.forces import BodyForces, ContactForces, breaches_of_heat
 from contactfem.audit.loads import in_volume, of_pressure, on_surface
-from contactfem.audit.look import Finding, Snapshot, extent, look
+from contactfem.audit.look import Finding, AuditState, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
 from contactfem.case.scene import Circle, Condition, Plane
@@ -46,8 +46,8 @@ class Verification:
         self._case, self._ramp_end = case, ramp_end
         self._inspector: Inspector | None = None
         self._said: set[str] = set()
-        self._seen: Snapshot | None = None
-        self.last: Snapshot | None = None
+        self._seen: AuditState | None = None
+        self.last: AuditState | None = None
         self.worst: list[Finding] = []
 
     def look(self, t: float, discretisation: Discretisation, solver: NewtonSolver) -> Finding:
@@ -119,7 +119,7 @@ class Inspector:
         sources = [body.vertices[_owned(body)] for body in discretisation.bodies.values()]
         self._sources = self._comm.gather(sources)
 
-    def finding(self, t: float, solver: NewtonSolver) -> tuple[Finding, Snapshot | None]:
+    def finding(self, t: float, solver: NewtonSolver) -> tuple[Finding, AuditState | None]:
         """What is wrong with the present state, and that state on the first rank; collective.
 
         Args:
@@ -130,13 +130,13 @@ class Inspector:
         found = Finding(t) if snapshot is None else look(snapshot)
         return (self._comm.bcast(found) if self._comm.size > 1 else found), snapshot
 
-    def snapshot(self, t: float, solver: NewtonSolver) -> Snapshot | None:
+    def snapshot(self, t: float, solver: NewtonSolver) -> AuditState | None:
         """The present state on the first rank, None elsewhere; collective. As for `finding`."""
         bodies = self._bodies()
         supports = solver.supports()
         if self._comm.rank:
             return None
-        return Snapshot(
+        return AuditState(
             t,
             tuple(bodies),
             self._obstacles(t),
