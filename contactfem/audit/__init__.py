@@ -1,1 +1,1 @@
-"""An independent look at accepted states: plain arrays, none of the code that found them."""
+"""An independent look at accepted states, on plain arrays."""

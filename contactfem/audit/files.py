@@ -1,4 +1,4 @@
-"""The last state of a run as a file, and the look repeated on the files of a run."""
+"""Write the last state of a run, and look at it again."""
 
 import json
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import numpy as np
 
 from contactfem.audit.breach import Breach
 from contactfem.audit.forces import BodyForces, ContactForces, HeatTerms, breaches_of_heat
-from contactfem.audit.look import Finding, AuditState, look
+from contactfem.audit.look import AuditState, Finding, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.common.typing import Floats
 from contactfem.errors import CaseError
@@ -39,6 +39,7 @@ def write_state(folder: Path, state: AuditState) -> None:
     head: dict[str, Any] = {
         "t": state.t,
         "unrestrained": sorted(state.unrestrained),
+        "scene": state.scene,
         "travel": state.travel,
         "axisymmetric": state.axisymmetric,
     }
@@ -114,7 +115,7 @@ def _of_step(step: dict[str, Any]) -> Iterator[Breach]:
         )
     heat = step["heat"]
     if heat is not None:
-        yield from breaches_of_heat(heat_terms(heat, step["dissipation"]))
+        yield from breaches_of_heat(heat_terms(heat, step["dt"]))
 
 
 def _force_times_step(step: dict[str, Any]) -> float:
@@ -122,15 +123,16 @@ def _force_times_step(step: dict[str, Any]) -> float:
     return max((float(np.hypot(*force)) for force in step["forces"].values()), default=0.0)
 
 
-def heat_terms(heat: dict[str, Any], dissipation: float) -> HeatTerms:
+def heat_terms(heat: dict[str, Any], dt: float) -> HeatTerms:
     """Heat of a step by where it came from.
 
     Args:
         heat: Fields of a `HeatStep`.
-        dissipation: Work of friction in the step [J/m].
+        dt: Length of the step [s].
     """
     sources = {name: heat[name] for name in ("loads", "friction", "obstacles", "strained")}
-    return HeatTerms(heat["stored"], sources | {"prescribed": sum(heat["held"].values())}, dissipation)
+    passed = dt * max(map(abs, heat["flow"].values()), default=0.0)
+    return HeatTerms(heat["stored"], sources | heat["held"], passed)
 
 
 def _split(record: Any, prefix: str, arrays: dict[str, Floats]) -> dict[str, Any]:

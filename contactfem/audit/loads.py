@@ -1,4 +1,4 @@
-"""Resultants of loads on the facets and cells of a body, by their definition."""
+"""Resultants of loads on facets and cells."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""All that is checked of an accepted state, in one pass over plain arrays."""
+"""All that is checked of an accepted state."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

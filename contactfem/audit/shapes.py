@@ -1,4 +1,4 @@
-"""Bodies and rigid obstacles as an observer sees them: points, cells, and what is inside."""
+"""Bodies and obstacles by their points: what is inside, what is upright."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -195,7 +195,9 @@ class ObstacleShape:
         edge = self.points[facets[:, 1]] - self.points[facets[:, 0]]
         normal = np.column_stack((edge[:, 1], -edge[:, 0]))
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-        at = np.where(weights[:, 1] > 1.0 - AT_END, 1, np.where(weights[:, 0] > 1.0 - AT_END, -1, 0))
+        at = np.where(
+            weights[:, 1] > 1.0 - AT_END, 1, np.where(weights[:, 0] > 1.0 - AT_END, -1, 0)
+        )
         other = (facet + at) % len(facets) if self.closed else facet + at
         beyond = (other < 0) | (other >= len(facets))
         both = normal[facet] + normal[np.clip(other, 0, len(facets) - 1)]

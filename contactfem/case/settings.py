@@ -42,8 +42,8 @@ class Solver(Model):
     a factor may serve on where that pays (condensed, no `petsc` options); the answer is the same.
     `verify`: what becomes of an accepted state that cannot be, as an independent look finds: bodies
     in each other, cells turned over, a body thrown away, forces out of balance, contact that pulls,
-    friction that gives work, heat from nowhere. The run ends ("stop"), goes on and says so ("warn"),
-    or nobody looks (false).
+    friction that gives work, heat from nowhere. The run ends ("stop", with exit code 5), says so
+    and goes on ("warn"), or nobody looks (false).
     """
 
     system: Literal["condensed", "saddle"] = "condensed"

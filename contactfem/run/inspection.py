@@ -1,4 +1,4 @@
-"""Have every state that would be accepted looked at by `audit`, as plain arrays."""
+"""Look at every state that would be accepted."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-
-
 from contactfem.audit.files import heat_terms
 from contactfem.audit.forces import BodyForces, ContactForces, breaches_of_heat
 from contactfem.audit.loads import in_volume, of_pressure, on_surface
-from contactfem.audit.look import Finding, AuditState, extent, look
+from contactfem.audit.look import AuditState, Finding, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
 from contactfem.case.scene import Circle, Condition, Plane
@@ -84,15 +82,15 @@ class Verification:
         self._said |= kinds
         return fresh
 
-    def of_heat(self, heat: HeatStep, t: float, dissipation: float) -> Finding:
+    def of_heat(self, heat: HeatStep, t: float, dt: float) -> Finding:
         """What is wrong with the heat of a step.
 
         Args:
             heat: The heat.
             t: Time at its end [s].
-            dissipation: Work of friction in it [J/m].
+            dt: Length of the step [s].
         """
-        return Finding(t, tuple(breaches_of_heat(heat_terms(asdict(heat), dissipation))))
+        return Finding(t, tuple(breaches_of_heat(heat_terms(asdict(heat), dt))))
 
 
 class Inspector:
@@ -151,9 +149,7 @@ class Inspector:
     def _bodies(self) -> list[BodyShape]:
         """Bodies where they are, on the first rank; collective."""
         bodies = self.discretisation.bodies.values()
-        mine = [
-            body.u.x.array[body.vertex_dofs[_owned(body)]] for body in bodies
-        ]
+        mine = [body.u.x.array[body.vertex_dofs[_owned(body)]] for body in bodies]
         parts = self._comm.gather(mine)
         if parts is None or self._sources is None:
             return []
@@ -169,7 +165,7 @@ class Inspector:
         """Obstacles at a time [s]."""
         result = []
         for name, o in self._case.obstacles.items():
-            at = np.array([o.displacement[axis].at(t, self._ramp_end) for axis in "xy"])
+            at = np.array([o.displacement[axis].at(t, self._ramp_end) for axis in AXES[:2]])
             if isinstance(o, Plane):
                 points = np.array((np.array(o.point) + at, o.normal))
                 result.append(ObstacleShape(name, "plane", points))
@@ -186,7 +182,8 @@ class Inspector:
         result = []
         for interface, c in zip(self.discretisation.interfaces, conditions, strict=True):
             sides = self._case.interfaces[interface.name]
-            carries, bound = interface.nodes.mesh.has_multiplier, c.limit.value * c.operators.D
+            mesh, bound = interface.nodes.mesh, c.limit.value * c.operators.D
+            carries = mesh.has_multiplier & (mesh.basis == "dual")  # else forces are shared
             compliance = np.maximum(interface.contact.law.normal_compliance, c.kappa)
             result.append(
                 ContactForces(
@@ -209,10 +206,10 @@ class Inspector:
     ) -> tuple[BodyForces, ...]:
         """Loads and supports of the bodies; none without mechanics."""
         result = []
-        for shape, support in zip(bodies, supports, strict=False):
+        for shape, support in zip(bodies, list(supports), strict=False):
             mine = [c for c in self._case.conditions if c.body == shape.name]
             parts = [self._load(c, shape, t) for c in mine]
-            total = np.sum(parts, axis=0) if parts else np.zeros(len(support))
+            total: Floats = np.sum([np.zeros(len(support)), *parts], axis=0)
             size = sum(float(np.linalg.norm(part)) for part in parts)
             size += float(np.linalg.norm(support))
             result.append(BodyForces(shape.name, total, support, size, floor))
@@ -232,9 +229,7 @@ class Inspector:
                 x, facets, condition.pressure.at(t, self._ramp_end), axisymmetric=around
             )
         given = condition.traction or condition.body_force or {}
-        density = np.array(
-            [given[a].at(t, self._ramp_end) if a in given else 0.0 for a in axes]
-        )
+        density = np.array([given[a].at(t, self._ramp_end) if a in given else 0.0 for a in axes])
         if facets is not None:
             return on_surface(shape.X, facets, density, axisymmetric=around)
         return in_volume(shape, density, axisymmetric=around)

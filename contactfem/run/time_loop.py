@@ -123,41 +123,45 @@ class Loop:
         """Go to the end; an empty string, or why it was not reached."""
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
             self._keep(self.keeper.visit)
-            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
-            while True:
-                step = clipped(self.state.t, self.dt, self.stops)
-                solved, heat = self._attempt(self.state.t + step)
-                decision = after_failure(step, cutbacks, self.limits)
-                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
-                    verdict = self._judge(heat, self.state.t + step)
-                    if not isinstance(verdict, Advance):
-                        self.dt, self.easy = self._again(verdict, self.dt), []
-                        continue
-                    solved, decision = self._looked_at(solved, self.state.t + step, decision)
-                    if solved.converged:
-                        break
-                self.state.restore(self.discretisation)
-                if not solved.converged and not self.wrong and self._renewed():
-                    continue
-                reason = solved.doubt or self._why(solved)
-                if isinstance(decision, GiveUp):
-                    self.dt, self.easy, self.cautious = first  # other limits may do
-                    self._keep(self.keeper.write)
-                    return self._ending(self.state.t + step, reason, decision)
-                self.recorder.failure(self.state.t + step, reason, decision.dt)
-                self.cautious = not self.cautious  # what did not work once, or does not any more
-                self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
-            if solved.doubt:
-                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
-            wall = time.perf_counter() - begun
-            report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
-            if why := self._heat_looked_at(report):
+            if why := self._step():
                 return why
-            if self.solver is not self.reusing:
-                self._use(self.reusing)
-            self._choose_step(report, verdict.dt)
         self._keep(self.keeper.finish)
         return ""
+
+    def _step(self) -> str:
+        """Take one step, cut as often as it must be; an empty string, or why there is none."""
+        begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
+        while True:
+            step = clipped(self.state.t, self.dt, self.stops)
+            solved, heat = self._attempt(self.state.t + step)
+            decision = after_failure(step, cutbacks, self.limits)
+            if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
+                verdict = self._judge(heat, self.state.t + step)
+                if not isinstance(verdict, Advance):
+                    self.dt, self.easy = self._again(verdict, self.dt), []
+                    continue
+                solved, decision = self._looked_at(solved, self.state.t + step, decision)
+                if solved.converged:
+                    break
+            self.state.restore(self.discretisation)
+            if not solved.converged and not self.wrong and self._renewed():
+                continue
+            reason = solved.doubt or self._why(solved)
+            if isinstance(decision, GiveUp):
+                self.dt, self.easy, self.cautious = first  # other limits may do
+                self._keep(self.keeper.write)
+                return self._ending(self.state.t + step, reason, decision)
+            self.recorder.failure(self.state.t + step, reason, decision.dt)
+            self.cautious = not self.cautious  # what did not work once, or does not any more
+            self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
+        if solved.doubt:
+            self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
+        wall = time.perf_counter() - begun
+        report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
+        if self.solver is not self.reusing:
+            self._use(self.reusing)
+        self._choose_step(report, verdict.dt)
+        return self._heat_looked_at(report)
 
     def _ending(self, t: float, reason: str, decision: GiveUp) -> str:
         """Why the run ends before a time [s]."""
@@ -169,8 +173,8 @@ class Loop:
         )
 
     def _looked_at(
-        self, solved: SolveReport, t: float, decision: Decision
-    ) -> tuple[SolveReport, Decision]:
+        self, solved: SolveReport, t: float, decision: RepeatStep | GiveUp
+    ) -> tuple[SolveReport, RepeatStep | GiveUp]:
         """The same report, or a failure where the state found cannot be; collective.
 
         Args:
@@ -199,7 +203,7 @@ class Loop:
         """Why the run ends after a step with heat that cannot be, else empty; collective."""
         if self.verification is None or report.heat is None:
             return ""
-        found = self.verification.of_heat(report.heat, report.t, report.dissipation)
+        found = self.verification.of_heat(report.heat, report.t, report.dt)
         if not found.breaches:
             return ""
         if self.case.solver.verify == "warn":
