@@ -22,6 +22,8 @@ RECORDS = {
     "contacts": ContactForces,
     "forces": BodyForces,
 }
+NOISE = 1e-10  # of the heat that bodies hold or conduct at a temperature of
+COLD = 1e-3  # at least [K]
 NEGATIVE = 1e-9  # of all work of friction that a step may seem to give back
 
 
@@ -42,6 +44,7 @@ def write_state(folder: Path, state: AuditState) -> None:
         "scene": state.scene,
         "travel": state.travel,
         "axisymmetric": state.axisymmetric,
+        "holding": state.holding,
     }
     for part in RECORDS:
         head[part] = [
@@ -72,6 +75,7 @@ def read_state(folder: Path) -> AuditState:
             )
             for part, kind in RECORDS.items()
         }
+        head["holding"] = tuple(head["holding"])
         head["unrestrained"] = frozenset(head["unrestrained"])
         return AuditState(**head, **parts)
     except FileNotFoundError:
@@ -96,16 +100,17 @@ def verify(folder: Path, summary: dict[str, Any]) -> list[Finding]:
     Raises:
         CaseError: The last state is not there.
     """
+    state = read_state(folder)
     found = [
         finding
         for step in summary["steps"]
-        if (finding := Finding(step["t"], tuple(_of_step(step)))).breaches
+        if (finding := Finding(step["t"], tuple(_of_step(step, state.holding)))).breaches
     ]
-    last = look(read_state(folder))
+    last = look(state)
     return [*found, last] if last.breaches else found
 
 
-def _of_step(step: dict[str, Any]) -> Iterator[Breach]:
+def _of_step(step: dict[str, Any], holding: tuple[float, float]) -> Iterator[Breach]:
     """What the numbers of a step cannot be."""
     if step["dissipation"] < 0.0 and abs(step["dissipation"]) > NEGATIVE * _force_times_step(step):
         yield Breach(
@@ -115,7 +120,7 @@ def _of_step(step: dict[str, Any]) -> Iterator[Breach]:
         )
     heat = step["heat"]
     if heat is not None:
-        yield from breaches_of_heat(heat_terms(heat, step["dt"]))
+        yield from breaches_of_heat(heat_terms(heat, step["dt"], holding))
 
 
 def _force_times_step(step: dict[str, Any]) -> float:
@@ -123,16 +128,19 @@ def _force_times_step(step: dict[str, Any]) -> float:
     return max((float(np.hypot(*force)) for force in step["forces"].values()), default=0.0)
 
 
-def heat_terms(heat: dict[str, Any], dt: float) -> HeatTerms:
+def heat_terms(heat: dict[str, Any], dt: float, holding: tuple[float, float]) -> HeatTerms:
     """Heat of a step by where it came from.
 
     Args:
         heat: Fields of a `HeatStep`.
         dt: Length of the step [s].
+        holding: Heat capacity of all bodies [J/m/K], and their largest conductivity [W/m/K].
     """
     sources = {name: heat[name] for name in ("loads", "friction", "obstacles", "strained")}
     passed = dt * max(map(abs, heat["flow"].values()), default=0.0)
-    return HeatTerms(heat["stored"], sources | heat["held"], passed)
+    hottest = max(abs(heat["temperature_min"]), abs(heat["temperature_max"]), COLD)
+    noise = NOISE * hottest * (holding[0] + dt * holding[1])
+    return HeatTerms(heat["stored"], sources | heat["held"], passed, noise)
 
 
 def _split(record: Any, prefix: str, arrays: dict[str, Floats]) -> dict[str, Any]:

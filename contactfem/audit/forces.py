@@ -81,11 +81,13 @@ class HeatTerms:
         stored: Growth of what the bodies hold.
         sources: Where it came from, by name.
         passed: What went through the interfaces.
+        noise: What round-off may leave over of the heat that bodies hold and conduct.
     """
 
     stored: float
     sources: dict[str, float]
     passed: float = 0.0
+    noise: float = 0.0
 
 
 def breaches_of_forces(
@@ -110,14 +112,14 @@ def breaches_of_heat(heat: HeatTerms) -> Iterator[Breach]:
     """What the heat of a step cannot be."""
     scale = max([abs(heat.stored), heat.passed, *map(abs, heat.sources.values())])
     defect = heat.stored - sum(heat.sources.values())
-    if abs(defect) > HEAT * scale:
+    if abs(defect) > HEAT * scale + heat.noise:
         yield Breach(
             "heat",
             f"{defect:.3g} J/m of heat come from nowhere, {abs(defect) / scale:.1g} of what moves",
             "a smaller time step or solver.tolerance may help",
         )
     friction = heat.sources.get("friction", 0.0)
-    if friction < -HEAT * scale:
+    if friction < -HEAT * scale - heat.noise:
         yield Breach(
             "heat",
             f"friction takes {-friction:.3g} J/m of heat instead of giving it",

@@ -9,9 +9,7 @@ from contactfem.audit.breach import Breach, place
 from contactfem.audit.forces import (
     BodyForces,
     ContactForces,
-    HeatTerms,
     breaches_of_forces,
-    breaches_of_heat,
 )
 from contactfem.audit.overlap import breaches_of_overlap, overlaps
 from contactfem.audit.shapes import BodyShape, ObstacleShape
@@ -33,7 +31,7 @@ class AuditState:
         scene: Diagonal of all that there is at the start [m].
         travel: Farthest that anything is led [m].
         axisymmetric: Whether the bodies stand around the axis x = 0.
-        heat: Heat of the step; None where it is not solved for.
+        holding: Heat capacity of all bodies [J/m/K], and their largest conductivity [W/m/K].
     """
 
     t: float
@@ -45,7 +43,7 @@ class AuditState:
     scene: float = 0.0
     travel: float = 0.0
     axisymmetric: bool = False
-    heat: HeatTerms | None = None
+    holding: tuple[float, float] = (0.0, 0.0)
 
     @property
     def met(self) -> Mapping[str, frozenset[str]]:
@@ -102,8 +100,6 @@ def look(state: AuditState) -> Finding:
         )
     axes = (1,) if state.axisymmetric else tuple(range(3))
     found += breaches_of_forces(state.contacts, state.forces, axes)
-    if state.heat is not None:
-        found += breaches_of_heat(state.heat)
     return Finding(state.t, tuple(found))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +24,7 @@ from contactfem.solvers.newton import NewtonSolver
 
 if TYPE_CHECKING:
     from contactfem.results.data import HeatStep
+    from contactfem.thermomechanics.thermal_problem import Thermal
 
 LESS = 0.7  # of what was found with twice the step: shorter steps help
 
@@ -33,6 +34,7 @@ class Verification:
 
     Args:
         case: The case.
+        thermal: Its heat side; None without heat.
         ramp_end: Time at which constant loads and motions are reached [s].
 
     Attributes:
@@ -40,10 +42,11 @@ class Verification:
         worst: What was found of the step that is tried; empty while all is well.
     """
 
-    def __init__(self, case: Case, ramp_end: float) -> None:
+    def __init__(self, case: Case, thermal: Thermal | None, ramp_end: float) -> None:
         self._case, self._ramp_end = case, ramp_end
         self._inspector: Inspector | None = None
         self._said: set[str] = set()
+        self._holding = _holding(case, thermal)
         self._seen: AuditState | None = None
         self.last: AuditState | None = None
         self.worst: list[Finding] = []
@@ -73,7 +76,9 @@ class Verification:
 
     def accepted(self) -> None:
         """The state that was looked at last is accepted."""
-        self.last, self.worst = self._seen, []
+        seen = self._seen
+        self.last = None if seen is None else replace(seen, holding=self._holding)
+        self.worst = []
 
     def new(self, finding: Finding) -> bool:
         """Whether something of a kind is found that was not said before; said from now on."""
@@ -90,7 +95,7 @@ class Verification:
             t: Time at its end [s].
             dt: Length of the step [s].
         """
-        return Finding(t, tuple(breaches_of_heat(heat_terms(asdict(heat), dt))))
+        return Finding(t, tuple(breaches_of_heat(heat_terms(asdict(heat), dt, self._holding))))
 
 
 class Inspector:
@@ -238,3 +243,12 @@ class Inspector:
 def _owned(body: BodyProblem) -> Bools:
     """Which vertices are this rank's own."""
     return np.asarray(body.vertex_dofs[:, 0] < body.n_owned)
+
+
+def _holding(case: Case, thermal: Thermal | None) -> tuple[float, float]:
+    """Heat capacity of all bodies [J/m/K] and their largest conductivity [W/m/K]; collective."""
+    if thermal is None:
+        return 0.0, 0.0
+    ones = [np.ones_like(values) for values in thermal.initial]
+    conductivity = max(material.conductivity or 0.0 for material in case.materials.values())
+    return thermal.product(ones, ones), conductivity

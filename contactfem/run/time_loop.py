@@ -89,7 +89,7 @@ class Loop:
         self.stops = stops(case)
         self.alone = self._alone()
         self.cautious = start.cautious
-        self.verification = _verification(case, self.ramp_end)
+        self.verification = _verification(case, discretisation.heat, self.ramp_end)
         self.wrong = False
 
     def _alone(self) -> frozenset[int]:
@@ -412,13 +412,13 @@ class Loop:
         return report
 
 
-def _verification(case: Case, ramp_end: float) -> Verification | None:
+def _verification(case: Case, thermal: Thermal | None, ramp_end: float) -> Verification | None:
     """What looks at accepted states, only imported where the case does not decline it."""
     if not case.solver.verify:
         return None
     from contactfem.run.inspection import Verification
 
-    return Verification(case, ramp_end)
+    return Verification(case, thermal, ramp_end)
 
 
 def _adaptation(

@@ -1,4 +1,4 @@
-"""Scenes that ended as converged with a wrong state: right now, or refused with place and reason."""
+"""Scenes that ended as converged with a wrong state: right now, or refused with the place."""
 
 import subprocess
 import sys
@@ -20,15 +20,24 @@ time = { end = "1 s", step = "STEP" }
 output = { figures = false, fields = false }
 materials.m = { youngs_modulus = "10 MPa", poisson_ratio = 0.0 }
 """
-LOWER = """
-bodies.low = { material = "m", mesh = { builder = "block", width = "10 mm", height = "10 mm", nx = 6, ny = 6, cell = "quadrilateral" } }
-"""
-UPPER = """
-bodies.up = { material = "m", mesh = { builder = "block", width = "10 mm", height = "6 mm", corner = ["0 mm", "BOTTOM"], nx = 10, ny = 5, cell = "quadrilateral" } }
-"""
+
+
+def block(name: str, height: str, bottom: str, nx: int, ny: int) -> str:
+    size = f'width = "10 mm", height = "{height}", corner = ["0 mm", "{bottom}"]'
+    cells = f'nx = {nx}, ny = {ny}, cell = "quadrilateral"'
+    mesh = f'{{ builder = "block", {size}, {cells} }}'
+    return f'bodies.{name} = {{ material = "m", mesh = {mesh} }}\n'
+
+
+LOWER = block("low", "10 mm", "0 mm", 6, 6)
+UPPER = block("up", "6 mm", "BOTTOM", 10, 5)
+SINGLE = block("b", "5 mm", "0 mm", 6, 3)
 LED = """
 interfaces.c = { nonmortar = "up.bottom", mortar = "low.top" }
-conditions = [{ on = "low.bottom", displacement = ["0 mm", "0 mm"] }, { on = "up.top", displacement = ["0 mm", "DOWN"] }]
+conditions = [
+    { on = "low.bottom", displacement = ["0 mm", "0 mm"] },
+    { on = "up.top", displacement = ["0 mm", "DOWN"] },
+]
 """
 
 
@@ -63,7 +72,11 @@ def test_what_nothing_finds_is_refused_with_its_place(tmp_path: Path) -> None:
     # a lid that no interface names goes 2 mm into the block below
     text = scene(
         LOWER, UPPER, """
-conditions = [{ on = "low.bottom", displacement = ["0 mm", "0 mm"] }, { on = "up.top", displacement = ["0 mm", "-2 mm"] }, { on = "up.bottom", displacement = ["0 mm", "-2 mm"] }]
+conditions = [
+    { on = "low.bottom", displacement = ["0 mm", "0 mm"] },
+    { on = "up.top", displacement = ["0 mm", "-2 mm"] },
+    { on = "up.bottom", displacement = ["0 mm", "-2 mm"] },
+]
 """, BOTTOM="10.5 mm",
     )  # fmt: skip
     result = run(tmp_path, text)
@@ -74,7 +87,7 @@ conditions = [{ on = "low.bottom", displacement = ["0 mm", "0 mm"] }, { on = "up
     warned = run(tmp_path, text, "solver.verify='warn'")
     assert warned.converged
     assert not warned.wrong
-    assert any("0.0015 m deep in 'low'" in text or "deep in" in text for text in warned.warnings)
+    assert any("0.0015 m deep in" in text for text in warned.warnings)
     silent = run(tmp_path, text, "solver.verify=false")
     assert silent.converged
     assert silent.warnings == ()
@@ -82,14 +95,14 @@ conditions = [{ on = "low.bottom", displacement = ["0 mm", "0 mm"] }, { on = "up
 
 def test_an_obstacle_that_is_passed_through_is_refused(tmp_path: Path) -> None:
     text = scene(
-        """
-bodies.b = { material = "m", mesh = { builder = "block", width = "10 mm", height = "5 mm", nx = 6, ny = 3, cell = "quadrilateral" } }
+        SINGLE, """
 obstacles.stop = { shape = "polyline", points = [["20 mm", "10 mm"], ["20 mm", "-10 mm"]] }
 interfaces.c = { nonmortar = "b.top", mortar = "stop" }
 conditions = [{ on = "b.left", displacement = ["25 mm", "0 mm"] }]
 """,
         STEP="0.2 s",
-    )  # the wrong face has the interface: nothing stops the right one
+    )  # fmt: skip
+    # the wrong face has the interface: nothing stops the right one
     result = run(tmp_path, text)
     assert result.wrong
     assert "'b' is" in result.message
@@ -98,9 +111,13 @@ conditions = [{ on = "b.left", displacement = ["25 mm", "0 mm"] }]
 
 @pytest.mark.parametrize("strain", ["small", "finite"])
 def test_cells_that_are_turned_over_are_refused(tmp_path: Path, strain: str) -> None:
-    text = scene("""
-bodies.b = { material = "m", mesh = { builder = "block", width = "10 mm", height = "5 mm", nx = 6, ny = 3, cell = "quadrilateral" } }
-conditions = [{ on = "b.bottom", displacement = ["0 mm", "0 mm"] }, { on = "b.top", displacement = { x = "0 mm", y = [["0 s", "0 mm"], ["1 s", "-7 mm"]] } }]
+    text = scene(SINGLE, """
+[[conditions]]
+on = "b.bottom"
+displacement = ["0 mm", "0 mm"]
+[[conditions]]
+on = "b.top"
+displacement = { x = "0 mm", y = [["0 s", "0 mm"], ["1 s", "-7 mm"]] }
 """).replace('"small"', f'"{strain}"')  # fmt: skip
     result = run(tmp_path, text, "solver.max_cutbacks=3")
     assert not result.converged
@@ -123,4 +140,4 @@ def test_a_run_can_be_verified_again(tmp_path: Path) -> None:
     np.savez(out / "last_state.npz", **arrays)
     found = subprocess.run(command, capture_output=True, text=True, check=False)
     assert found.returncode == ExitCode.WRONG
-    assert "body 'up' is 0.001" in found.stdout
+    assert "body 'low' is 0.001 m deep in 'up'" in found.stdout
