@@ -1,4 +1,4 @@
-"""What an adaptive case asks of new cells at the surfaces of its interfaces."""
+"""Sizes of new cells at the surfaces of interfaces."""
 
 from dataclasses import replace
 
@@ -7,10 +7,10 @@ from scipy.spatial import cKDTree
 
 from contactfem.adaptivity.body_recovery import BodyErrors
 from contactfem.adaptivity.mesh_decision import BodyCells
-from contactfem.adaptivity.sizes import thicknesses
 from contactfem.case.schema import Case
+from contactfem.common.typing import Ints
+from contactfem.geometry.cells import thicknesses
 from contactfem.meshes.layers import Layers
-from contactfem.mortar.interface_mesh import Ints
 
 ROWS = 3  # of regular cells, behind which those that are not disturb pressures little
 THICK = 5.0  # of a layer of flat cells over their length, about

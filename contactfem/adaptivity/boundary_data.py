@@ -1,4 +1,4 @@
-"""What conditions say of tractions and heat flows at the vertices of a body's boundary.
+"""Known tractions and heat flows at the boundary vertices of a body.
 
 Recovered stresses and fluxes are made to obey it (Wiberg et al. 1998). On surfaces of interfaces,
 where both bodies are fitted together instead, nothing is said here.
@@ -8,18 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from contactfem.adaptivity.recovery.constraints import Conditions
+from contactfem.adaptivity.recovery.constraints import ConstraintRows
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.meshes.data import matches
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 ON_AXIS = 1e-9  # distance from the axis over the largest that counts as none
 SMOOTH = np.cos(np.deg2rad(30.0))  # facets that turn by less share one condition at their vertex
@@ -102,7 +98,7 @@ def heat_flows(case: Case, body: str, view: MeshView, theta: Floats, t: float) -
 
 def vertex_conditions(
     facets: Ints, x: Floats, data: FacetData, rows: Callable[[Floats], Floats], n_columns: int
-) -> Conditions:
+) -> ConstraintRows:
     """Conditions at the vertices, each with the normal of its facets; two at corners.
 
     Args:
@@ -133,7 +129,7 @@ def vertex_conditions(
     vertices, normals, known, value = (np.concatenate(part) for part in zip(*parts, strict=True))
     A = rows(normals)
     use = known.ravel()
-    return Conditions(
+    return ConstraintRows(
         np.repeat(vertices, A.shape[1])[use], A.reshape(-1, n_columns)[use], value.ravel()[use]
     )
 

@@ -1,4 +1,4 @@
-"""Sparse matrices of contact: small and made anew all the time, so without what scipy checks."""
+"""Small sparse matrices of contact, without scipy's checks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
+from contactfem.common.typing import Floats, Ints
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Triplets = tuple[Ints, Ints, Floats]  # rows, columns and values; those at the same place add up
 
 

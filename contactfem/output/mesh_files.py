@@ -1,17 +1,15 @@
-"""Write the meshes of a case for other programs to read, and pictures of them to look at."""
+"""Meshes of a case as files and pictures."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from contactfem.case.schema import Case
+from contactfem.common.typing import Ints
 from contactfem.errors import CaseError, MeshError
 from contactfem.meshes import MeshData
 from contactfem.meshes.file import CELLS
-
-Ints = npt.NDArray[np.int64]
 
 FACETS = {
     "triangle": "line",

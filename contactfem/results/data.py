@@ -1,4 +1,4 @@
-"""What a run hands to those who write, judge and draw it: plain frozen data, all in SI units."""
+"""Results of a run as frozen records in SI units."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from contactfem.laws.complementarity import Status as Status
+from contactfem.common.typing import Floats, Ints
+from contactfem.laws.active_set import Status as Status
 
 if TYPE_CHECKING:
     from contactfem.case.schema import Case
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ class Remeshing:
 
 
 @dataclass(frozen=True)
-class Observed:
+class Observables:
     """What is observed of a step as a whole, or how far that changed.
 
     Attributes:
@@ -86,9 +84,9 @@ class Observed:
     temperature_max: float | None
     temperature_mean: float | None
 
-    def minus(self, before: Observed) -> Observed:
+    def minus(self, before: Observables) -> Observables:
         """Change since something before."""
-        return Observed(
+        return Observables(
             {
                 name: (x - before.forces[name][0], y - before.forces[name][1])
                 for name, (x, y) in self.forces.items()
@@ -136,7 +134,7 @@ class ErrorStep:
     remeshes: tuple[Remeshing, ...]
     repeats: int
     decisions: tuple[str, ...]
-    change: Observed | None = None
+    change: Observables | None = None
 
 
 @dataclass(frozen=True)
@@ -200,10 +198,10 @@ class SurfaceHeat(NamedTuple):
     (n,) each.
     """
 
-    temperature: FloatArray
-    mortar_temperature: FloatArray
-    flux: FloatArray
-    dissipation: FloatArray
+    temperature: Floats
+    mortar_temperature: Floats
+    flux: Floats
+    dissipation: Floats
 
 
 @dataclass(frozen=True)
@@ -220,7 +218,7 @@ class InterfaceTable:
         traction: tangential multiplier on the mortar side along (n_y, -n_x) (n,) [Pa].
         slip: accumulated slip of nonmortar relative to mortar (n,) [m].
         status: values of `Status` (n,).
-        cover: share of the node's facets that faces the mortar side (n,) [-].
+        coverage: share of the node's facets that faces the mortar side (n,) [-].
         facet_length: half the length of the facets at the node, summed (n,) [m].
         depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
         heat: heat at the nodes; None where it is not solved for.
@@ -229,19 +227,19 @@ class InterfaceTable:
     """
 
     name: str
-    X: FloatArray
-    x: FloatArray
-    arc: FloatArray
-    gap: FloatArray
-    pressure: FloatArray
-    traction: FloatArray
-    slip: FloatArray
+    X: Floats
+    x: Floats
+    arc: Floats
+    gap: Floats
+    pressure: Floats
+    traction: Floats
+    slip: Floats
     status: npt.NDArray[np.int8]
-    cover: FloatArray
-    facet_length: FloatArray
-    mortar_x: FloatArray
-    mortar_pressure: FloatArray
-    depth: FloatArray | float = 1.0
+    coverage: Floats
+    facet_length: Floats
+    mortar_x: Floats
+    mortar_pressure: Floats
+    depth: Floats | float = 1.0
     heat: SurfaceHeat | None = None
 
 
@@ -258,10 +256,10 @@ class BodyPicture:
     """
 
     name: str
-    points: FloatArray
-    cells: IntArray
-    displacement: FloatArray
-    fields: dict[str, FloatArray]
+    points: Floats
+    cells: Ints
+    displacement: Floats
+    fields: dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -280,9 +278,9 @@ class MeshErrors:
     t: float
     problem: str
     body: str
-    points: FloatArray
-    cells: IntArray
-    density: FloatArray
+    points: Floats
+    cells: Ints
+    density: Floats
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Numbers for the dofs of prescribed motions: their reactions are rows of the bulk like others."""
+"""Numbers of constrained dofs, whose reactions are rows too."""
 
 from collections.abc import Sequence
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.fem.dof_numbering import PRESCRIBED, Floats, Ints
+from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.fem.dof_numbering import PRESCRIBED
 from contactfem.mechanics.bulk_system import System
-from contactfem.mortar.interface_mesh import Bools
 
 
-class Held:
+class ConstrainedDofs:
     """Numbers for the held dofs after all unknowns: one for those with the same motions.
 
     Args:

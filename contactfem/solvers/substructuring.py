@@ -1,4 +1,4 @@
-"""The bulk condensed to some of its unknowns: by every rank over its own cells, then all together.
+"""Schur complement of the bulk, by substructuring over the ranks.
 
 A rank eliminates what only its cells touch. What is left, the kept unknowns and those between the
 ranks, is one dense matrix, the sum of the ranks' Schur complements, in which the latter go as well.
@@ -13,7 +13,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.fem.dof_numbering import Floats, Ints, pairs
+from contactfem.common.typing import Floats, Ints
+from contactfem.fem.dof_numbering import pairs
 from contactfem.mechanics.bulk_system import System
 from contactfem.solvers.dense_elimination import Elimination
 from contactfem.solvers.schur_factor import SchurFactor

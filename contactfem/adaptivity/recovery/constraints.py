@@ -1,11 +1,12 @@
-"""Recovered polynomials that also obey linear conditions, such as known tractions or heat flows."""
+"""Patch recovery under linear constraints, such as known tractions (36)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.adaptivity.recovery.patches import Floats, Ints, Patches
+from contactfem.adaptivity.recovery.patches import Patches
+from contactfem.common.typing import Floats, Ints
 
 PENALTY = 1e8  # weight of a condition over that of a sample
 
@@ -89,7 +90,7 @@ def constrained(
 
 
 @dataclass(frozen=True)
-class Conditions:
+class ConstraintRows:
     """Known combinations a · τ*(x_I) = b at vertices, one by one; several at one are allowed.
 
     Attributes:
@@ -104,7 +105,7 @@ class Conditions:
 
 
 def with_conditions(
-    patches: Patches, coefficients: Floats, conditions: Conditions, penalty: float = PENALTY
+    patches: Patches, coefficients: Floats, conditions: ConstraintRows, penalty: float = PENALTY
 ) -> Floats:
     """Recovered polynomials that obey what is known on the boundary (Wiberg et al. 1998).
 

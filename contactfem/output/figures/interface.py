@@ -1,4 +1,4 @@
-"""Draw one interface: pressure and traction over their closed form, gap and slip below."""
+"""Pressure, traction, gap and slip along one interface."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.unit_display import scale_for
 from contactfem.output.figures.style import (
     BLUE,
@@ -23,7 +24,7 @@ from contactfem.output.figures.style import (
     quantity_label,
     stacked,
 )
-from contactfem.results.data import FloatArray, InterfaceTable, RunResult, Status
+from contactfem.results.data import InterfaceTable, RunResult, Status
 from contactfem.results.measures import ACTIVE
 from contactfem.results.profiles import carriers, value_at, zone
 from contactfem.verification.contact import closed_form
@@ -54,8 +55,8 @@ class _Strip:
     """
 
     table: InterfaceTable
-    s: FloatArray
-    x: FloatArray
+    s: Floats
+    x: Floats
     label: str
     window: tuple[float, float]
     friction: Friction | None
@@ -66,7 +67,7 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
     ways = {"X": table.X[:, 0], "Y": table.X[:, 1], "arc": table.arc}
     name = next(k for k, way in ways.items() if k == "arc" or _is_monotone(way))
     unit = scale_for(float(np.abs(ways[name]).max()), "m")
-    s: FloatArray = np.divide(ways[name], unit.factor)
+    s: Floats = np.divide(ways[name], unit.factor)
     low, high = float(s.min()), float(s.max())
     ends = zone(table, ACTIVE)
     if ends is not None:
@@ -78,7 +79,7 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
     return _Strip(table, s, table.X[:, 0], label, (low, high), friction)
 
 
-def _is_monotone(values: FloatArray) -> bool:
+def _is_monotone(values: Floats) -> bool:
     """Whether values only rise or only fall."""
     steps = np.diff(values)
     return bool((steps > 0.0).all() or (steps < 0.0).all())
@@ -86,13 +87,13 @@ def _is_monotone(values: FloatArray) -> bool:
 
 def _shade(axes: Axes, strip: _Strip) -> None:
     """Shade the zones of stick and slip, or of contact; what stays white is open."""
-    rubs = strip.friction is not None
+    has_friction = strip.friction is not None
     status = strip.table.status[carriers(strip.table)]
     starts = np.flatnonzero(np.diff(status, prepend=-2))
     for first, after in zip(starts, [*starts[1:], len(status)], strict=True):
         if status[first] in ACTIVE:
             ends = max(first - 0.5, 0.0), min(after - 0.5, len(status) - 1.0)
-            shade = SLIP_SHADE if rubs and status[first] == Status.SLIP else STICK_SHADE
+            shade = SLIP_SHADE if has_friction and status[first] == Status.SLIP else STICK_SHADE
             axes.axvspan(*(value_at(strip.s, end) for end in ends), color=shade, lw=0, zorder=0)
 
 
@@ -142,7 +143,7 @@ def _paint_stresses(axes: Axes, strip: _Strip, result: RunResult) -> None:
     axes.set_ylabel(quantity_label("p" if len(curves) == 1 else "p, t", unit.label))
 
 
-def _paint_length(axes: Axes, strip: _Strip, name: str, values: FloatArray, colour: str) -> None:
+def _paint_length(axes: Axes, strip: _Strip, name: str, values: Floats, colour: str) -> None:
     """Draw a length along the strip, with its own unit and limits from what is in the window."""
     low, high = strip.window
     seen = values[(strip.s >= low) & (strip.s <= high) & np.isfinite(values)]
@@ -196,26 +197,26 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         The path.
     """
     strip = _strip(result, table)
-    rubs, hot = strip.friction is not None, table.heat is not None
+    has_friction, hot = strip.friction is not None, table.heat is not None
 
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch
 
-        top, bottom, *warm = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
+        top, bottom, *set_temperature = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
         _paint_stresses(top, strip, result)
         _paint_motion(bottom, strip)
-        for axes in warm:
+        for axes in set_temperature:
             _paint_heat(axes, strip)
-        for axes in (top, bottom, *warm):
+        for axes in (top, bottom, *set_temperature):
             grid(axes)
             _shade(axes, strip)
         top.axhline(0.0, color="#555555", lw=0.8, zorder=1)
         bottom.set_xlim(*strip.window)
-        (bottom, *warm)[-1].set_xlabel(strip.label)
+        (bottom, *set_temperature)[-1].set_xlabel(strip.label)
         top.set_title(f"Interface {table.name}")
         handles, _ = top.get_legend_handles_labels()
-        handles += [Patch(color=STICK_SHADE, label="stick" if rubs else "contact")]
-        handles += [Patch(color=SLIP_SHADE, label="slip")] if rubs else []
+        handles += [Patch(color=STICK_SHADE, label="stick" if has_friction else "contact")]
+        handles += [Patch(color=SLIP_SHADE, label="slip")] if has_friction else []
         top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return draw(path, Frame(5.4, 4.0 + 1.2 * hot, bottom=0.5), paint)
