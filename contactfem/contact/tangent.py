@@ -141,9 +141,7 @@ class _Factors:
             normal=normal,
             pressure=own - c.bound.by_pressure[:, None] * by_bound,
             traction=on_slip * (plane - turn) - on_stick * compliance[:, None, None] * plane,
-            slip=on_stick * plane
-            - on_slip * (law.c_t * law.c)[:, None, None] * turn
-            - by_speed,
+            slip=on_stick * plane - on_slip * (law.c_t * law.c)[:, None, None] * turn - by_speed,
             edge_pressure=-kappa[:, None] * normal[at],
             edge_traction=on_stick[at] * kappa[:, None, None] * c.edge.turns,
         )
@@ -195,7 +193,8 @@ def _by_multiplier(c: ContactState, f: _Factors) -> Sparse:
 
 def _by_normals(c: ContactState, f: _Factors, first: int, mine: Bools) -> list[Triplets]:
     """Through the normals at fixed λ and w: dp = λ·dn, tangential part of dt = -p dn and of ds =
-    -(w·n) dn / D⁰."""
+    -(w·n) dn / D⁰.
+    """
     dim, n = c.multiplier.vector.shape[1], c.operators.normals.n
     p, vector, k = c.multiplier.pressure, c.multiplier.vector, c.edge.neighbours
     j = np.flatnonzero(mine & c.active)

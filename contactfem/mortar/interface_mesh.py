@@ -149,7 +149,8 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Sparse]:
 
 def _edges(facets: Ints) -> Ints:
     """Edges of facets, node pairs (e, 2): a facet of two nodes is one, else each node and the next;
-    a triangle that has its last node twice has three."""
+    a triangle that has its last node twice has three.
+    """
     if facets.shape[1] == 2:
         return facets
     pairs = np.stack((facets, np.roll(facets, -1, axis=1)), axis=2).reshape(-1, 2)
