@@ -28,6 +28,7 @@ class ContactHistory:
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
         traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n, dim);
             None for zero.
+        before: Traction at its start where `traction` is an estimate [Pa], (n, dim); else None.
         dt: Length of the step, for the slip speed [s].
         temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
     """
@@ -38,6 +39,7 @@ class ContactHistory:
     x: Floats
     pressure: Floats | None = None
     traction: Floats | None = None
+    before: Floats | None = None
     dt: float = 1.0
     temperature: Floats | float = 0.0
 
