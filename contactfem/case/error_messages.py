@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from contactfem.case.overrides import nearest
-from contactfem.errors import one_line
+from contactfem.common.text import nearest, one_line, similar
 
 # what people write, and what it is called here
 SYNONYMS = {
@@ -200,8 +199,7 @@ def _hint(name: str, names: list[str]) -> str:
 
 
 def _near(found: object, choices: list[str]) -> str:
-    hint = nearest(str(found), choices) if isinstance(found, str) else ""
-    return hint if hint.startswith("; did") else ""
+    return similar(found, choices) if isinstance(found, str) else ""
 
 
 def _shown(found: object) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from contactfem.common.files import write_whole
 from contactfem.common.unit_display import engineering
 from contactfem.output.report.html_markup import NONE, Markup, element, folded, join, section, table
 from contactfem.output.report.html_steps import decisions, steps_section
@@ -15,12 +16,10 @@ from contactfem.output.report.report import (
     allowed_text,
     cost_rows,
     heat_rows,
-    number,
-    read_summary,
     ringing_steps,
     share_of_floor,
 )
-from contactfem.output.tables import FIGURES, write_whole
+from contactfem.output.tables import FIGURES, number, read_summary
 
 PAGE = "report.html"
 ORDER = ("interface", "stress", "temperature", "heat", "history")  # of figures; the rest follow

@@ -7,7 +7,7 @@ from typing import Any
 
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.output.report.html_markup import NONE, Markup, curve, element, join, table
-from contactfem.output.report.report import number
+from contactfem.output.tables import number
 
 Step = Mapping[str, Any]
 Column = tuple[str, Callable[[Step], str]]

@@ -13,7 +13,7 @@ from contactfem.cli.main import main
 from contactfem.output.report.html_markup import Markup, curve, element, table
 from contactfem.output.report.html_page import write_page
 from contactfem.output.report.html_steps import decisions
-from contactfem.output.tables import OutputWriter
+from contactfem.output.writer import OutputWriter
 from contactfem.results.data import Failure
 
 PICTURE = b"\x89PNG\r\n\x1a\nnot really"

@@ -9,8 +9,9 @@ import pytest
 from rich.console import Console
 
 from contactfem.errors import CaseError
-from contactfem.output.report.report import allowed_text, read_summary, report
-from contactfem.output.tables import OutputWriter
+from contactfem.output.report.report import allowed_text, report
+from contactfem.output.tables import read_summary
+from contactfem.output.writer import OutputWriter
 
 
 @pytest.fixture
