@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 PROBLEMS = ("mechanics", "heat", "time")
+LARGEST = 1e9  # cells; a larger prediction says no more than that
 SHOWN = 30  # of more new meshes, the first and the last are shown
 
 
@@ -62,6 +63,36 @@ def remesh_table(summary: Mapping[str, Any]) -> Table:
     return table
 
 
+def uniform_rows(summary: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    """What the error of the last step would cost on the first mesh refined everywhere.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Cells of a row per problem; empty where no mesh was replaced.
+    """
+    return [
+        (
+            cost["problem"],
+            percent(cost["eta"]),
+            str(cost["cells"]),
+            percent(cost["first_eta"]),
+            str(cost["first_cells"]),
+            _rounded(cost["uniform_cells"]),
+        )
+        for cost in summary.get("uniform", ())
+    ]
+
+
+def _rounded(count: float | None) -> str:
+    """A predicted count to two digits; a prediction that no computer could hold is cut short."""
+    if count is None or count > LARGEST:
+        return f"> {LARGEST:.0e}".replace("e+0", "e")
+    places = max(len(f"{count:.0f}") - 2, 0)
+    return f"{round(count, -places):.0f}"
+
+
 def uniform_table(summary: Mapping[str, Any]) -> Table:
     """Table of what the error of the last step would cost on the first mesh refined everywhere.
 
@@ -73,13 +104,6 @@ def uniform_table(summary: Mapping[str, Any]) -> Table:
     """
     columns = ("error reached", "cells", "first error", "first cells", "uniform cells\n(predicted)")
     table = report_table("The same error on a uniform mesh", "of", *columns)
-    for cost in summary.get("uniform", ()):
-        table.add_row(
-            cost["problem"],
-            percent(cost["eta"]),
-            str(cost["cells"]),
-            percent(cost["first_eta"]),
-            str(cost["first_cells"]),
-            f"{cost['uniform_cells']:.0f}",
-        )
+    for row in uniform_rows(summary):
+        table.add_row(*row)
     return table

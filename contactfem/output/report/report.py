@@ -56,7 +56,7 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
         unit = verdict["unit"]
         found = engineering(number(verdict["value"]), unit, 7)
         allowed = allowed_text(verdict["low"], verdict["high"], unit)
-        mark = "[green]held[/]" if verdict["passed"] else "[bold red]missed[/]"
+        mark = "[green]met[/]" if verdict["passed"] else "[bold red]missed[/]"
         table.add_row(verdict["key"], found, allowed, mark)
     return table
 
@@ -169,10 +169,20 @@ def cost_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     return [*rows[:floor], ("= floor", summary["floor"]), *rows[floor:]]
 
 
-def share_of_floor(seconds: float, summary: Mapping[str, Any]) -> str:
-    """Seconds in percent of the floor; nothing where the floor is zero."""
+def share_of_floor(name: str, seconds: float, summary: Mapping[str, Any]) -> str:
+    """Seconds of a phase in percent of the floor; nothing where they do not compare.
+
+    Args:
+        name: of the phase, from `cost_rows`.
+        seconds: spent in it [s].
+        summary: of one run.
+
+    Returns:
+        The text; empty for phases outside of the solve, and where the floor is zero.
+    """
     floor = summary["floor"]
-    return f"{100.0 * seconds / floor:.0f} %" if floor else ""
+    compares = floor and name not in (*OTHER_PHASES, "total")
+    return f"{100.0 * seconds / floor:.0f} %" if compares else ""
 
 
 def cost_table(summary: Mapping[str, Any]) -> Table:
@@ -186,7 +196,7 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
     """
     table = report_table("Cost", "phase", "seconds", "of floor")
     for name, seconds in cost_rows(summary):
-        table.add_row(name, f"{seconds:.3f}", share_of_floor(seconds, summary))
+        table.add_row(name, f"{seconds:.3f}", share_of_floor(name, seconds, summary))
     return table
 
 
@@ -213,17 +223,17 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
-    table = report_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
+    table = report_table("Runs", "directory", "steps", "iterations", "seconds", "met", "")
     for directory, summary in rows:
         verdicts = summary["verdicts"]
-        held = sum(bool(verdict["passed"]) for verdict in verdicts)
+        met = sum(bool(verdict["passed"]) for verdict in verdicts)
         mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
         table.add_row(
             str(directory),
             str(len(summary["steps"])),
             str(summary["newton_iterations"]),
             f"{number(summary['timings'].get('total')):.2f}",
-            f"{held} of {len(verdicts)}",
+            f"{met} of {len(verdicts)}",
             mark,
         )
     console.print(table)
@@ -237,7 +247,7 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         console: where to print, standard output by default.
 
     Returns:
-        Exit code: 0 if every run came to its end and held what was expected of it, else 1.
+        Exit code: 0 if every run came to its end and met what was expected of it, else 1.
 
     Raises:
         CaseError: if one of them is not a finished run.
