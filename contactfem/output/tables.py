@@ -50,7 +50,7 @@ NODE_COLUMNS = {
     "traction": "traction [Pa]",
     "slip": "slip [m]",
     "status": "status",
-    "cover": "cover",
+    "coverage": "cover",
     "facet_length": "facet_length [m]",
 }
 HEAT_COLUMNS = {
