@@ -12,7 +12,9 @@ __all__ = ["InterfaceTable", "RunResult", "StepReport", "measure"]
 
 def __getattr__(name: str) -> Any:
     """Load a record of `results.data`, or `measure`, when it is first asked for (PEP 562)."""
-    if name in __all__:
-        module = "measures" if name == "measure" else "data"
-        return getattr(import_module(f"contactfem.results.{module}"), name)
+    if not name.startswith("_"):
+        for part in ("data", "measures"):
+            module = import_module(f"contactfem.results.{part}")
+            if name in vars(module):
+                return vars(module)[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
