@@ -1,4 +1,4 @@
-"""Box that is fine at a zone of its top or bottom, which may be round."""
+"""Box that is fine at a zone of its top or bottom."""
 
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
