@@ -123,7 +123,7 @@ def _line(details: ErrorDetails, model: type[BaseModel], raw: object) -> str:
         return f"{where}: unknown key{_hint(str(keys[-1]), allowed_keys(model, keys[:-1], raw))}"
     if kind == "missing":
         return f"{where}: is missing"
-    shown = _shown(found) if details["loc"][-1:] != ("[key]",) else ""
+    shown = _shown(_written(keys, raw, found)) if details["loc"][-1:] != ("[key]",) else ""
     return f"{where}{f' = {shown}' if shown else ''}: {_message(details)}"
 
 
@@ -189,6 +189,13 @@ def _real_keys(loc: Iterable[str | int], raw: object, missing: bool) -> list[str
             keys.append("xyz".index(str(key)))
             raw = raw["xyz".index(str(key))]
     return keys
+
+
+def _written(keys: Iterable[str | int], raw: object, found: object) -> object:
+    """Quantity as it stands in the file, where what was found is its number in SI."""
+    for key in keys:
+        raw = raw[key]  # type: ignore[index]
+    return raw if isinstance(raw, str) and isinstance(found, float) else found
 
 
 def _hint(name: str, names: list[str]) -> str:

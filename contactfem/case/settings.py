@@ -42,7 +42,11 @@ class Time(Model):
 
 
 class Solver(Model):
-    """Newton's method and its linear systems."""
+    """Newton's method, its linear systems, and the independent look at accepted states.
+
+    The look finds states that cannot be: bodies in each other, cells turned over, a body thrown
+    away, forces out of balance, contact that pulls, friction that gives work, heat from nowhere.
+    """
 
     system: Literal["condensed", "saddle"] = Field(
         default="condensed",
@@ -61,6 +65,11 @@ class Solver(Model):
         default=True,
         description="whether a factorisation may be used again where that is faster "
         "(condensed, without `petsc`); the answer is the same",
+    )
+    verify: Literal["stop", "warn", False] = Field(
+        default="stop",
+        description="what follows such a state: end the run with exit code 5 (stop), go on with a "
+        "warning (warn), or do not look (false)",
     )
     petsc: dict[str, str] = Field(
         default={}, description="PETSc options of the linear solver, over the defaults"
