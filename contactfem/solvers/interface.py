@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from petsc4py import PETSc
 
@@ -29,6 +29,18 @@ class Iterate:
     residuals: Sequence[float]
     tolerance: float
     settled: bool
+
+
+class SupportForces(NamedTuple):
+    """What prescribed motions exert, contact forces on their nodes left out.
+
+    Attributes:
+        reactions: Resultant of every one on its body [N/m].
+        by_body: Sum of all on each body, each dof once [N/m], (bodies, dim).
+    """
+
+    reactions: list[float]
+    by_body: Floats
 
 
 class LinearSolver(Protocol):
@@ -59,7 +71,7 @@ class LinearSolver(Protocol):
             jumps: Of `System.advance` in the first iteration, else all None.
 
         Returns:
-            Resultant of every prescribed motion on its body [N/m].
+            What prescribed motions exert.
         """
 
     def linearise(self, at: Iterate) -> PETSc.Mat:

@@ -17,7 +17,7 @@ from contactfem.common.typing import Floats
 from contactfem.mechanics.contact_equations import ContactEquations
 from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.dense_elimination import SchurComplement
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import RightHandSide, Substructure
 
@@ -101,7 +101,8 @@ class LinearBulk(InterfaceSolver):
             reactions = rows[len(moved) :]
             out.set(0.0)
             self.put(out.array, rows[: len(moved)])
-        return [float(v) for v in self._constrained.motions @ reactions]
+        motions = [float(v) for v in self._constrained.motions @ reactions]
+        return SupportForces(motions, self._constrained.supports(reactions))
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """As said of every `LinearSolver`, on the interfaces."""
