@@ -53,7 +53,9 @@ class Direct:
     def begin(self) -> None:
         """As said of every `LinearSolver`."""
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`."""
         self._system.spread(x)
         parts = self._system.residual(out, jumps)

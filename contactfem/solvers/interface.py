@@ -62,7 +62,9 @@ class LinearSolver(Protocol):
     def begin(self) -> None:
         """Begin a new solve."""
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """Residual without contact at some unknowns, which the bodies take over; collective.
 
         Args:

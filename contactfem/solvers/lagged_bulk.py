@@ -46,7 +46,9 @@ class LaggedBulk(InterfaceSolver):
             self._S = None
         self._solved = False
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`."""
         self._system.spread(x)
         parts = self._system.residual(out, jumps)

@@ -88,7 +88,9 @@ class LinearBulk(InterfaceSolver):
         self.failure = ""
         self._start = self._origin = None
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`; after the first iteration, what the interior leaves."""
         self._system.spread(x)
         if self._origin is None or self._answer is None:

@@ -354,7 +354,7 @@ class _Run:
     convergence: Convergence
     jumps: list[Floats | None]
     states: list[list[ContactState]] = field(default_factory=list)
-    supports: SupportForces = SupportForces([], np.empty(0))
+    supports: SupportForces = field(default_factory=lambda: SupportForces([], np.empty(0)))
     contact_kept: bool = False
     solve_started: float = 0.0
     reason: str = ""
