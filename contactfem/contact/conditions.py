@@ -1,4 +1,4 @@
-"""Contact of one interface: which conditions hold at the nonmortar nodes, and their residuals."""
+"""Contact of one interface: active set and contact conditions at its nodes."""
 
 from dataclasses import dataclass, field, replace
 
@@ -242,9 +242,7 @@ class Contact:
         if before is None:  # the traction is that of the start until it becomes an estimate
             start = c.history.traction
             before = np.zeros_like(traction) if start is None else start
-        return replace(
-            c.history, pressure=c.multiplier.pressure, traction=traction, before=before
-        )
+        return replace(c.history, pressure=c.multiplier.pressure, traction=traction, before=before)
 
     def _regularised(
         self,

@@ -1,4 +1,4 @@
-"""Slip: objective relative motion of the two sides since the start of a step (3)."""
+"""Slip: objective relative motion of the two sides in a step (3)."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Exact tangent of the contact conditions and of the contact forces of one interface.
+"""Exact tangent of contact conditions and contact forces of one interface.
 
 Conditions stand as rows of forces, α_n n_j C_n + α_t C_t with the normal condition C_n and the
 tangential one C_t, dim rows per node. So do their derivatives, α_n n_j dC_n + α_t P_j dC_t with

@@ -1,7 +1,6 @@
 """Mechanics of several bodies as one system: residual and tangent (18)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,19 +10,6 @@ from petsc4py import PETSc
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import Prescribed, TiedDofs, Unknowns
 from contactfem.mechanics.body import BodyProblem
-
-
-@dataclass(frozen=True)
-class Reactions:
-    """What prescribed motions exert.
-
-    Attributes:
-        motions: Resultant of each on its body; a dof of several counts for each of them [N/m].
-        bodies: Sum of all on each body; every dof counts once [N/m], (bodies, axes).
-    """
-
-    motions: list[float]
-    bodies: Floats
 
 
 class System(Unknowns):
@@ -151,10 +137,6 @@ class System(Unknowns):
         held = zip(self.prescribed, self._held, strict=True)
         mine = [float(parts[p.body][dofs].sum()) for p, (_, dofs, _) in held]
         return [float(v) for v in self.comm.allreduce(np.array(mine))] if mine else []
-
-    def carried(self, parts: Sequence[Floats]) -> Reactions:
-        """Both `reactions` and `supports`; collective."""
-        return Reactions(self.reactions(parts), self.supports(parts))
 
     def supports(self, parts: Sequence[Floats]) -> Floats:
         """Sum of what all prescribed motions exert on each body [N/m], (bodies, axes); collective.

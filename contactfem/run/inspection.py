@@ -190,8 +190,7 @@ class Inspector:
             sides = self._case.interfaces[interface.name]
             mesh, bound = interface.nodes.mesh, c.bound.value * c.operators.D
             carries = mesh.has_multiplier & (mesh.basis == "dual")  # else forces are shared
-            law = interface.contact.law
-            compliance = np.maximum(law.normal_compliance, c.edge.compliance)
+            compliance = np.maximum(interface.contact.law.normal_compliance, c.edge.compliance)
             result.append(
                 ContactForces(
                     interface.name,
@@ -203,7 +202,7 @@ class Inspector:
                     np.where(carries, np.where(c.active, bound, 0.0), np.inf),
                     np.linalg.norm(c.slip, axis=1),
                     c.dissipation,
-                    np.where(c.active, compliance * np.abs(c.pressure), 0.0),
+                    np.where(c.active, compliance * np.abs(c.multiplier.pressure), 0.0),
                 )
             )
         return tuple(result)

@@ -14,11 +14,10 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.mechanics.bulk_system import Reactions
 from contactfem.mechanics.contact_equations import ContactEquations
 from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.dense_elimination import SchurComplement
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import RightHandSide, Substructure
 
@@ -89,7 +88,9 @@ class LinearBulk(InterfaceSolver):
         self.failure = ""
         self._start = self._origin = None
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> Reactions:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`; after the first iteration, what the interior leaves."""
         self._system.spread(x)
         if self._origin is None or self._answer is None:
@@ -103,7 +104,7 @@ class LinearBulk(InterfaceSolver):
             out.set(0.0)
             self.put(out.array, rows[: len(moved)])
         motions = [float(v) for v in self._constrained.motions @ reactions]
-        return Reactions(motions, self._constrained.supports(reactions))
+        return SupportForces(motions, self._constrained.supports(reactions))
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """As said of every `LinearSolver`, on the interfaces."""

@@ -16,22 +16,22 @@ from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.fem.compat import unlock
 from contactfem.fem.petsc_options import MECHANICS, configure
 from contactfem.laws.active_set import ActiveSet, Status
-from contactfem.mechanics.bulk_system import Reactions, System
+from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.contact_equations import Interface
 from contactfem.solvers.body_rows import BodyRows
 from contactfem.solvers.choice import contact_equations, linear_solver
 from contactfem.solvers.convergence import (
     CONVERGED,
-    STALLED,
     DIVERGED_LINEAR,
+    STALLED,
     TURNED_OVER,
-    Convergence,
     Balance,
+    Convergence,
     Criteria,
     Outcome,
 )
 from contactfem.solvers.diagnosis import trust_check
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
@@ -135,8 +135,8 @@ class NewtonSolver:
 
         Contact forces on prescribed nodes are carried by their support as well.
         """
-        result = [] if self._run is None else list(self._run.reactions.motions)
-        for interface, c in zip(self.equations.interfaces, self.conditions, strict=False):
+        result = [] if self._run is None else list(self._run.supports.reactions)
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
             nodes, force = interface.nodes, c.nodal_forces()
             for k, p in enumerate(self.system.prescribed):
                 at = (nodes.body == p.body) & np.isin(nodes.vertex, p.vertices)
@@ -144,8 +144,8 @@ class NewtonSolver:
         return result
 
     def supports(self) -> Floats:
-        """What prescribed motions exert on each body [N/m], (bodies, axes)."""
-        result: Floats = self._running.reactions.bodies.copy()
+        """What prescribed motions exert on each body at the last iteration [N/m], (bodies, dim)."""
+        result = self._running.supports.by_body.copy()
         for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
             nodes = interface.nodes
             carried = np.where(nodes.unknown < 0, c.nodal_forces(), 0.0)
@@ -253,7 +253,7 @@ class NewtonSolver:
             self.timers.add("solve", time.perf_counter() - run.solve_started)
             run.jumps = [None] * len(self.system.bodies)
         with self.timers.book("residual"):
-            run.reactions = self.linear.residual(x, self._bulk, run.jumps)
+            run.supports = self.linear.residual(x, self._bulk, run.jumps)
         with self.timers.book("contact.conditions"):
             step = run.step
             positions = [
@@ -321,7 +321,7 @@ class NewtonSolver:
             size = np.linalg.norm(c.operators.D[:, None] * c.multiplier.vector)
             at = [first] if second < 0 else [first, second]
             result[at] = np.maximum(result[at], size)
-        motions = zip(self.system.prescribed, self._running.reactions.motions, strict=True)
+        motions = zip(self.system.prescribed, self._running.supports.reactions, strict=True)
         loads = zip(self.system.tied, self.system.grip_loads, strict=True)
         for place, force in (*motions, *loads):
             result[place.body] = max(result[place.body], abs(force))
@@ -354,7 +354,7 @@ class _Run:
         convergence: Its course.
         jumps: Of prescribed motions that the bulk has not followed yet, in the first iteration.
         states: Contact state of every interface at every iteration.
-        reactions: Of prescribed motions at the last iteration, without contact on their nodes.
+        supports: What prescribed motions exert at the last iteration.
         contact_kept: Whether contact that was just lost is kept for this iteration.
         solve_started: When PETSc began to solve the last linear system [s].
         reason: Why it failed, in words.
@@ -364,7 +364,7 @@ class _Run:
     convergence: Convergence
     jumps: list[Floats | None]
     states: list[list[ContactState]] = field(default_factory=list)
-    reactions: Reactions = field(default_factory=lambda: Reactions([], np.empty((0, 0))))
+    supports: SupportForces = field(default_factory=lambda: SupportForces([], np.empty(0)))
     contact_kept: bool = False
     solve_started: float = 0.0
     reason: str = ""

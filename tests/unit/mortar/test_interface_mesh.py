@@ -103,7 +103,7 @@ def test_neighbours(chains):
 
 
 def test_neighbours_in_space():
-    """Along the edges of facets of four nodes, and of triangles, that have their last node twice."""
+    """Along the edges of facets of four nodes; a triangle has its last node twice."""
     X = np.zeros((5, 3))
     facets = np.array([[0, 1, 2, 3], [1, 4, 2, 2]])
     mesh = InterfaceMesh(5, facets, facets[:0], X, np.ones(X.shape, bool))
