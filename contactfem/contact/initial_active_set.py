@@ -6,7 +6,9 @@ from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mortar.mortar_operators import MortarOperators
 
 TOUCH = 1e-9  # gap over facet size at which surfaces touch
-FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
+# Where contact alone holds a body, what sticks first is near by both measures:
+FIRST_CONTACT = 0.3  # share of the range of gaps
+NEAR = 0.02  # share of the facets' size
 
 
 def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> ActiveSet | None:
@@ -15,7 +17,8 @@ def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> Act
     Args:
         operators: At the positions where the step starts.
         held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
-            the lowest 30 % of the range of gaps close, otherwise those that touch.
+            the lowest 30 % of the range of gaps close, but no gap that differs by more than 2 % of
+            a facet from the smallest one; otherwise those that touch.
 
     Returns:
         The active set; None where no node touches and none has to.
@@ -25,7 +28,8 @@ def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> Act
     stick = seen & (np.abs(gap) <= TOUCH * operators.size)
     if held_by_contact and seen.any():
         low, high = gap[seen].min(), gap[seen].max()
-        stick = seen & (gap <= low + FIRST_CONTACT * (high - low))
+        near = np.minimum(FIRST_CONTACT * (high - low), NEAR * operators.size)
+        stick = seen & (gap <= low + near)
     if not stick.any():
         return None
     status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)

@@ -122,9 +122,7 @@ class Convergence:
         self.residuals: list[float] = []
         self.active_sets = ActiveSets()
         self._initial: Floats = np.zeros(1)
-        self._norm = self._forces = self._scale = self._floor = np.zeros(
-            1
-        )  # per group of joined bodies
+        self._norm = self._forces = self._scale = self._floor = np.zeros(1)  # of joined bodies
         self._contact_kept = False
         self._touching: list[list[bool]] = []
 
