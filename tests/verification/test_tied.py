@@ -26,7 +26,13 @@ material = "a"
 mesh = {{ builder = "block", width = "1 mm", height = "1 mm", nx = {nx}, ny = 3 }}
 [bodies.upper]
 material = "{other}"
-mesh = {{ builder = "block", width = "1 mm", height = "1 mm", corner = ["0 mm", "{y} mm"], nx = 5, ny = 3 }}
+[bodies.upper.mesh]
+builder = "block"
+width = "1 mm"
+height = "1 mm"
+corner = ["0 mm", "{y} mm"]
+nx = 5
+ny = 3
 [interfaces.joint]
 nonmortar = "lower.top"
 mortar = "upper.bottom"
@@ -115,7 +121,7 @@ def test_small_gaps_of_tied_meshes_make_no_stress(tmp_path, gap):
 
 
 def test_tied_surfaces_that_are_apart_are_refused(tmp_path):
-    with pytest.raises(CaseError, match="smallest gap is 0.0005 m; give adjust"):
+    with pytest.raises(CaseError, match=r"smallest gap is 0\.0005 m; give adjust"):
         solved(tmp_path, 'normal.law = "tied"\nsearch_radius = "1 mm"', UPPER_FIXED, y=1.5)
 
 
@@ -164,5 +170,5 @@ def test_rough_contact_never_slips(tmp_path):
 
 @pytest.mark.parametrize("key", ['interference = "1 um"', 'friction = "rough"'])
 def test_tied_takes_no_laws_of_contact(tmp_path, key):
-    with pytest.raises(CaseError, match="does not go with normal.law = 'tied'"):
+    with pytest.raises(CaseError, match="does not go with normal"):
         solved(tmp_path, f'normal.law = "tied"\n{key}', UPPER_FIXED)
