@@ -198,8 +198,9 @@ def _pulling(c: ContactForces) -> Iterator[Breach]:
     normal, _ = _normal_and_tangential(c)
     if not len(normal):
         return
-    worst = int(np.argmin(np.where(np.isfinite(c.bound), normal, 0.0)))
-    if normal[worst] < -SHARE * np.abs(normal).sum() - c.floor:
+    pulled = np.where(np.isfinite(c.bound), normal, 0.0)
+    worst = int(np.argmin(pulled))
+    if pulled[worst] < -SHARE * np.linalg.norm(c.force[: len(normal)], axis=1).sum() - c.floor:
         yield Breach(
             "pressure",
             f"contact at '{c.name}' pulls with {-normal[worst]:.3g} N/m at {place(c.x[worst])}",
@@ -211,7 +212,7 @@ def _rubbing(c: ContactForces) -> Iterator[Breach]:
     """Friction above its bound, or that does work instead of taking it."""
     normal, along = _normal_and_tangential(c)
     excess = along - c.bound
-    scale = float(np.abs(normal).sum())
+    scale = float(np.linalg.norm(c.force[: len(normal)], axis=1).sum())
     if len(excess) and excess.max() > SHARE * scale + c.floor:
         worst = int(np.argmax(excess))
         yield Breach(

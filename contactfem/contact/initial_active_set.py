@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mortar.mortar_operators import MortarOperators
 
@@ -11,11 +12,14 @@ FIRST_CONTACT = 0.3  # share of the range of gaps
 NEAR = 0.02  # share of the facets' size
 
 
-def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> ActiveSet | None:
+def initial_active_set(
+    operators: MortarOperators, gap: Floats, held_by_contact: bool
+) -> ActiveSet | None:
     """Active set that a first contact starts from: some nodes stick for one iteration.
 
     Args:
         operators: At the positions where the step starts.
+        gap: Gap that the conditions see there [m], (n,).
         held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
             the lowest 30 % of the range of gaps close, but no gap that differs by more than 2 % of
             a facet from the smallest one; otherwise those that touch.
@@ -23,7 +27,6 @@ def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> Act
     Returns:
         The active set; None where no node touches and none has to.
     """
-    gap = operators.gap
     seen = np.isfinite(gap) & operators.mesh.has_multiplier
     stick = seen & (np.abs(gap) <= TOUCH * operators.size)
     if held_by_contact and seen.any():
