@@ -215,7 +215,8 @@ class ContactState:
         path = tangential(across, op.normals.n) - elastic
         slip = self.plastic_slip * self.history.D[:, None] / D
         forward = np.einsum("ji,ji->j", self.multiplier.traction, path) >= 0.0
-        slides = self.active & (self.status == Status.SLIP) & covered
+        rubs = self.active_set.direction.any(axis=1)  # without friction slip has no direction
+        slides = self.active & (self.status == Status.SLIP) & covered & rubs
         return np.where(slides[:, None], np.where(forward[:, None], path, slip), 0.0)
 
     def nodal_forces(self) -> Floats:
