@@ -131,7 +131,11 @@ def _conditions(s: Scene) -> list[str]:
     if not s.obstacle:
         lines += ["[[conditions]]", 'on = "low.bottom"', 'displacement = ["0 mm", "0 mm"]']
     if s.heat:
-        lines += ["[[conditions]]", 'on = "up.top"', 'temperature = [["0 s", "0 K"], ["1 s", "40 K"]]']
+        lines += [
+            "[[conditions]]",
+            'on = "up.top"',
+            'temperature = [["0 s", "0 K"], ["1 s", "40 K"]]',
+        ]
         if not s.obstacle:
             lines += ["[[conditions]]", 'on = "low.bottom"', 'temperature = "0 K"']
     return lines
