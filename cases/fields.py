@@ -1,9 +1,6 @@
 """Temperatures of cases over place x (3, n) [m] and time t [s], in K."""
 
-import numpy as np
-import numpy.typing as npt
-
-Floats = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 LENGTH = 10e-3  # of Barber's rod [m]
 UNSTABLE = 61.41332446  # surface temperature of its unstable steady state [K]

@@ -18,10 +18,11 @@ from matplotlib.tri import Triangulation
 
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
+from contactfem.common.typing import Floats
 from contactfem.output.figures.deformation import cell_edges, triangles
 from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files
 from contactfem.output.figures.style import BLUE, GREEN, GREY, INK, RED, STYLE
-from contactfem.results.data import BodyPicture, FloatArray
+from contactfem.results.data import BodyPicture
 
 MM, MS = 1e3, 1e3  # per metre, per second
 CASE = Path(__file__).parents[1] / "cases" / "tire.toml"
@@ -74,7 +75,7 @@ def mesh_and_loads(case: Case) -> Figure:
     return figure
 
 
-def _pressure_arrows(axes: Axes, facets: FloatArray) -> None:
+def _pressure_arrows(axes: Axes, facets: Floats) -> None:
     middle, along = MM * facets.mean(axis=1), facets[:, 1] - facets[:, 0]
     inwards = np.stack((along[:, 1], -along[:, 0]), axis=1) / np.linalg.norm(
         along, axis=1, keepdims=True
@@ -85,7 +86,7 @@ def _pressure_arrows(axes: Axes, facets: FloatArray) -> None:
         _arrow(axes, x + 12.0 * n, x, BLUE)
 
 
-def _flange_arrows(axes: Axes, at: FloatArray) -> None:
+def _flange_arrows(axes: Axes, at: Floats) -> None:
     x, y = MM * at
     _arrow(axes, np.array([x, y + 26.0]), np.array([x, y + 2.0]), RED)
     axes.text(x - 4.0, y + 18.0, "$F_v$", color=RED, ha="right")
@@ -93,7 +94,7 @@ def _flange_arrows(axes: Axes, at: FloatArray) -> None:
     axes.text(x + 20.0, y + 13.0, r"$\bar v$", color=GREEN, ha="center")
 
 
-def _arrow(axes: Axes, tail: FloatArray, head: FloatArray, colour: str) -> None:
+def _arrow(axes: Axes, tail: Floats, head: Floats, colour: str) -> None:
     style = {"arrowstyle": "-|>", "color": colour, "lw": 1.0, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", tuple(head), tuple(tail), arrowprops=style)
 
@@ -226,7 +227,7 @@ def whole(snapshot: Snapshot) -> Figure:
     return figure
 
 
-def _surface(body: BodyPicture) -> tuple[FloatArray, FloatArray]:
+def _surface(body: BodyPicture) -> tuple[Floats, Floats]:
     """Place x [mm] and temperature [K] along the part of a boundary that is near the contact."""
     outline = np.unique(cell_edges(body.cells)[1])
     x = MM * (body.points + body.displacement)[outline]
@@ -262,15 +263,13 @@ def course(steps: Sequence[dict[str, Any]]) -> Figure:
     return figure
 
 
-def _lines(axes: Axes, points: FloatArray, cells: FloatArray, width: float) -> None:
+def _lines(axes: Axes, points: Floats, cells: Floats, width: float) -> None:
     edges, outline = cell_edges(cells)
     axes.add_collection(LineCollection(MM * points[edges], colors=INK, lw=width))
     axes.add_collection(LineCollection(MM * points[outline], colors=INK, lw=0.8))
 
 
-def _colours(
-    axes: Axes, body: BodyPicture, values: FloatArray, colours: str, high: float
-) -> TriMesh:
+def _colours(axes: Axes, body: BodyPicture, values: Floats, colours: str, high: float) -> TriMesh:
     x = MM * (body.points + body.displacement)
     image = TriMesh(Triangulation(x[:, 0], x[:, 1], triangles(body.cells)))
     image.set_array(values)

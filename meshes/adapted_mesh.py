@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.meshes.boundary_nodes import Division, divided
 from contactfem.meshes.curves import Boundary, enclosed
-from contactfem.meshes.data import Floats, Ints, MeshData, jacobians, mesh_data
+from contactfem.meshes.data import MeshData, jacobians, mesh_data
 from contactfem.meshes.gmsh_session import gmsh_session
 from contactfem.meshes.layers import Layers, Rows, facet_lengths, with_rows
 from contactfem.meshes.size_field import SizeField

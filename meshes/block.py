@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge
-from contactfem.meshes.data import CellName, Floats, MeshData
+from contactfem.meshes.data import CellName, MeshData
 from contactfem.meshes.grid import Cell2D, Pattern, graded, grid
 
 Ratio = Annotated[float, Field(ge=1e-6, le=1e6)]

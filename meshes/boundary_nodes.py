@@ -7,9 +7,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.meshes.curves import Boundary, Curve
-from contactfem.meshes.data import Floats, Ints
 from contactfem.meshes.size_field import SizeField, nearest_edge
 
 TURN = np.deg2rad(20.0)  # of the curve along a facet, about, at most: facets follow it at any size

@@ -4,9 +4,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
-from contactfem.meshes.data import CellName, Floats, Ints, MeshData, boundary_facets, mesh_data
+from contactfem.meshes.data import CellName, MeshData, boundary_facets, mesh_data
 
 # Six tetrahedra around the diagonal of a cube from vertex 0 to vertex 7 (tensor order).
 TETRAHEDRA = np.array(

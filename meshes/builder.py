@@ -7,11 +7,12 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.errors import MeshError
 from contactfem.meshes.adapted_mesh import adapt
 from contactfem.meshes.curves import Boundary
-from contactfem.meshes.data import CellName, Floats, MeshData
+from contactfem.meshes.data import CellName, MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import SizeField
 

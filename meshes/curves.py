@@ -7,7 +7,7 @@ from math import atan2, ceil, dist
 
 import numpy as np
 
-from contactfem.meshes.data import Floats
+from contactfem.common.typing import Floats
 
 Point = tuple[float, float]
 CHORDS = 10  # of an outline between two knots

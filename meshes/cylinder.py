@@ -5,10 +5,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, PositiveLength, graded_count, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
-from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 from contactfem.meshes.fan import fan
 from contactfem.meshes.grid import Cell2D
 from contactfem.meshes.polygon import doubled, triangulate

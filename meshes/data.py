@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 CellName = Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 
 # Facets of a cell in dolfinx's order, each by its vertices such that, in a cell with positive

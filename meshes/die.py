@@ -5,10 +5,11 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge
-from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 from contactfem.meshes.grid import grid
 
 

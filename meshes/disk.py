@@ -5,10 +5,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, Count, PositiveLength, more
 from contactfem.meshes.curves import Boundary, Edge, FairCircle
-from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 
 CORE = 0.5  # half the diagonal of a disk's square core over the radius
 BULGE = 0.5  # how far the sides of the core are bent towards a circle: 0 straight, 1 a circle

@@ -6,7 +6,8 @@ from itertools import accumulate
 
 import numpy as np
 
-from contactfem.meshes.data import Floats, MeshData
+from contactfem.common.typing import Floats
+from contactfem.meshes.data import MeshData
 from contactfem.meshes.grid import grid
 
 CORNER = np.pi / 3  # angle on the arc where the lower side of the array ends and its right begins

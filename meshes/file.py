@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.common.units import Length
 from contactfem.errors import MeshError
 from contactfem.meshes.builder import Builder
 from contactfem.meshes.curves import Boundary
 from contactfem.meshes.data import (
     CellName,
-    Floats,
-    Ints,
     MeshData,
     Surface,
     boundary_facets,

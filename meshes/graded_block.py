@@ -5,11 +5,12 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.block import rectangle
 from contactfem.meshes.builder import Builder, PositiveLength, graded_count, smaller
 from contactfem.meshes.curves import Boundary, Edge, mapped
-from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 from contactfem.meshes.polygon import triangulate
 
 

@@ -4,7 +4,8 @@ from typing import Literal
 
 import numpy as np
 
-from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
+from contactfem.common.typing import Floats, Ints
+from contactfem.meshes.data import MeshData, mesh_data
 
 Cell2D = Literal["quadrilateral", "triangle"]
 Pattern = Literal["left", "right", "alternating", "crossed"]

@@ -3,14 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.meshes.boundary_nodes import Division
 from contactfem.meshes.curves import Boundary, Curve
-from contactfem.meshes.data import Floats, Ints
 from contactfem.meshes.size_field import SizeField, flat_lengths
-
-Bools = NDArray[np.bool_]
 
 GROWTH = 0.25  # largest increase of facets along a surface per distance, as of isotropic cells
 RATIO = 1.25  # largest thickness of a row over that of the row before

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.meshes.curves import Edge
-from contactfem.meshes.data import Floats, Ints, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 from contactfem.meshes.gmsh_session import gmsh_session
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
-from contactfem.meshes.data import Floats, Ints
 from contactfem.meshes.gmsh_session import gmsh_session
 
 Kinds = dict[str, Ints]

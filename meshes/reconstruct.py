@@ -4,9 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.meshes.curves import Boundary, Curve, Loop, Parametric, enclosed, line
-from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets, matches
+from contactfem.meshes.data import MeshData, boundary_facets, matches
 
 CORNER = np.deg2rad(30.0)  # a boundary that turns by more at a node has a corner there
 WRAP = 3  # nodes beyond its joint that shape a closed curve

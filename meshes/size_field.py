@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.geometry.bounding_boxes import BoxTree
-from contactfem.meshes.data import Floats, Ints, MeshData, boundary_facets
+from contactfem.meshes.data import MeshData, boundary_facets
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

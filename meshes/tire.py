@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.builder import Builder, PositiveLength, smaller
 from contactfem.meshes.curves import Boundary, Edge, equal_parts, mapped, outlined
-from contactfem.meshes.data import Floats, MeshData, mesh_data
+from contactfem.meshes.data import MeshData, mesh_data
 from contactfem.meshes.polygon import doubled, triangulate
 
 Size = Annotated[float, Field(gt=0)]

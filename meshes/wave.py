@@ -5,11 +5,12 @@ from typing import Literal
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.units import Length
 from contactfem.meshes.block import Structured, rectangle
 from contactfem.meshes.builder import PositiveLength
 from contactfem.meshes.curves import Boundary, Parametric, equal_parts, line
-from contactfem.meshes.data import Floats, MeshData
+from contactfem.meshes.data import MeshData
 from contactfem.meshes.grid import grid
 
 KNOTS = 32  # per wavelength, where the exact boundary is sampled

@@ -24,11 +24,11 @@ from contactfem.adaptivity.policies import (
 from contactfem.adaptivity.recovery.time import time_error
 from contactfem.case.schema import Case
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.observables import observed
 from contactfem.discretisation.state import State
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.results.data import ErrorStep, MeshErrors, Observed, Remeshing
 from contactfem.results.relative_error import RelativeError, error_ratio
 from contactfem.thermomechanics.staggered import HeatOutcome

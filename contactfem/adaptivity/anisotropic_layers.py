@@ -9,8 +9,8 @@ from contactfem.adaptivity.body_recovery import BodyErrors
 from contactfem.adaptivity.mesh_decision import BodyCells
 from contactfem.adaptivity.sizes import thicknesses
 from contactfem.case.schema import Case
+from contactfem.common.typing import Ints
 from contactfem.meshes.layers import Layers
-from contactfem.mortar.interface_mesh import Ints
 
 ROWS = 3  # of regular cells, behind which those that are not disturb pressures little
 THICK = 5.0  # of a layer of flat cells over their length, about

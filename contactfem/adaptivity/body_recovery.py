@@ -12,7 +12,8 @@ from contactfem.adaptivity.recovery.norms import (
     squared_errors,
     squared_norms,
 )
-from contactfem.adaptivity.recovery.patches import Floats, Ints, Patches, patches
+from contactfem.adaptivity.recovery.patches import Patches, patches
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.results.relative_error import RelativeError
 

@@ -8,18 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contactfem.adaptivity.recovery.constraints import Conditions
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.meshes.data import matches
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 ON_AXIS = 1e-9  # distance from the axis over the largest that counts as none
 SMOOTH = np.cos(np.deg2rad(30.0))  # facets that turn by less share one condition at their vertex

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from contactfem.results.data import ErrorStep, FloatArray
+from contactfem.common.typing import Floats
+from contactfem.results.data import ErrorStep
 
 
 @dataclass(frozen=True)
@@ -14,8 +15,8 @@ class NewSizes:
     Bodies that are not named keep their mesh.
     """
 
-    mechanical: Mapping[str, FloatArray]
-    thermal: Mapping[str, FloatArray]
+    mechanical: Mapping[str, Floats]
+    thermal: Mapping[str, Floats]
 
 
 @dataclass(frozen=True)

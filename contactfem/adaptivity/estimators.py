@@ -7,9 +7,6 @@ import numpy as np
 
 from contactfem.adaptivity.body_recovery import BodyErrors, BodyRecovery, RecoveredField
 from contactfem.adaptivity.boundary_data import (
-    Bools,
-    Floats,
-    Ints,
     cartesian_rows,
     heat_flows,
     tractions,
@@ -27,6 +24,7 @@ from contactfem.adaptivity.recovery.interface import (
 )
 from contactfem.adaptivity.recovery.norms import elastic_compliance, sample_points
 from contactfem.case.schema import Case
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Conditions
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.fem.compat import CellExpression

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from contactfem.adaptivity.policies import MeshPolicy, MeshReport, Remesh, decide_mesh
-from contactfem.adaptivity.recovery.patches import Floats, Ints
 from contactfem.adaptivity.sizes import (
     SizeLimits,
     equal_error_sizes,
@@ -17,6 +16,7 @@ from contactfem.adaptivity.sizes import (
     rounded,
     size_field,
 )
+from contactfem.common.typing import Floats, Ints
 from contactfem.results.relative_error import RelativeError
 
 ORDER = 1  # of the elements: P1, Q1 and MINI

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from contactfem.adaptivity.anisotropic_layers import flat_cells, regular_rows
 from contactfem.adaptivity.decisions import NewSizes
 from contactfem.case.schema import Case
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import History
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.meshes import GivenMeshes
@@ -27,7 +28,6 @@ from contactfem.mechanics.elements import cell_size
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import size_field
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.transfer.lumped_projection import Projection
 from contactfem.transfer.volume import SurfaceTransfer, VertexValues, VolumeTransfer
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
-from contactfem.adaptivity.recovery.patches import Floats, Ints
+from contactfem.common.typing import Floats, Ints
 from contactfem.meshes.size_field import flat_lengths
 from contactfem.results.relative_error import RelativeError
 

@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from contactfem.case.scene import Interface
+from contactfem.common.typing import Floats, Ints
 from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more

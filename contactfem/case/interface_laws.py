@@ -4,11 +4,11 @@ import itertools
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, WithJsonSchema, field_validator, model_validator
 
 from contactfem.case.base import Model, NonNegative, Positive
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats
 from contactfem.common.unit_parser import UnitError
 from contactfem.common.units import (
     Conductance,
@@ -21,8 +21,6 @@ from contactfem.common.units import (
     si,
 )
 from contactfem.common.user_function import is_reference
-
-Floats = NDArray[np.float64]
 
 
 class CoefficientTable(Model):

@@ -16,8 +16,9 @@ from contactfem.case.base import (
     Traction,
     unit_vector,
 )
-from contactfem.case.interface_laws import Floats, Friction, InterfaceHeat, NormalLaw
+from contactfem.case.interface_laws import Friction, InterfaceHeat, NormalLaw
 from contactfem.common.time_table import Table, constant
+from contactfem.common.typing import Floats
 from contactfem.common.units import (
     Conductance,
     Conductivity,

@@ -3,13 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from contactfem.case.contact_parameters import facet_lengths
+from contactfem.common.typing import Floats, Ints
 from contactfem.meshes.data import Surface
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 NEAR = 1.0  # facet lengths further apart than at the closest place that still count as touching
 

@@ -1,11 +1,9 @@
 """Smallest distance between the two sides of an interface before anything moves."""
 
 import numpy as np
-import numpy.typing as npt
 
 from contactfem.case.scene import Circle, Plane, Polyline
-
-Floats = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 REFINE = 16  # points per straight piece, for a smallest gap in its middle
 

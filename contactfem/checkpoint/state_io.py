@@ -11,13 +11,13 @@ from mpi4py import MPI
 
 from contactfem.checkpoint import serialization as packing
 from contactfem.checkpoint.archive import Array, Tree
+from contactfem.common.typing import Floats, Ints
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.meshes import GivenMeshes
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.ringing import Increment, Increments, Zigzag
 from contactfem.meshes.data import MeshData
-from contactfem.mortar.interface_mesh import Floats, Ints
 
 if TYPE_CHECKING:
     from contactfem.thermomechanics.thermal_problem import Thermal

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mpi4py import MPI
 
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.slip import Motion, motion
 from contactfem.laws.complementarity import (
     FrictionLaw,
@@ -23,10 +24,7 @@ from contactfem.laws.complementarity import (
     trial,
 )
 from contactfem.mortar.interface_mesh import (
-    Bools,
-    Floats,
     InterfaceMesh,
-    Ints,
     NormalField,
     facet_lengths,
     full_lengths,

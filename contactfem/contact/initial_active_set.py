@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from contactfem.common.typing import Bools, Floats
 from contactfem.laws.complementarity import Status, Trial
-from contactfem.mortar.interface_mesh import Bools, Floats
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from contactfem.mortar.interface_mesh import Bools, Floats
+from contactfem.common.typing import Bools, Floats
 from contactfem.mortar.sparse import Sparse, Triplets
 
 

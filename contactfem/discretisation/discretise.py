@@ -18,6 +18,7 @@ from contactfem.case.schema import Case
 from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Contact, ContactLaw
 from contactfem.discretisation.meshes import ON_AXIS, GivenMeshes, mechanical_mesh, thermal_mesh
 from contactfem.errors import CaseError
@@ -43,7 +44,6 @@ from contactfem.mechanics.interface_nodes import (
     polyline_side,
 )
 from contactfem.mortar.crosspoints import Side, check_shared, shared_nodes
-from contactfem.mortar.interface_mesh import Bools, Floats, Ints
 
 if TYPE_CHECKING:
     from contactfem.thermomechanics.thermal_problem import Thermal

@@ -11,17 +11,17 @@ from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Bools, Floats
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
-from contactfem.heat.body import Floats, HeatBody, HeatLaw, HeatLoad, PlaceTime
+from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad, PlaceTime
 from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw, HeatNodes
 from contactfem.heat.system import HeatSystem, HeldTemperature
 from contactfem.heat.time_schemes import scheme
 from contactfem.laws.conductance import Conductance, ConductanceLaw, Constant, GasGap, PowerLaw
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mechanics.interface_nodes import BodySide, RigidSide
-from contactfem.mortar.interface_mesh import Bools
 from contactfem.thermomechanics.thermal_problem import BodyLink, InterfaceLink, Thermal
 from contactfem.transfer.volume import SurfaceTransfer
 

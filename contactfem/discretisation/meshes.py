@@ -9,9 +9,10 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case.schema import Case
+from contactfem.common.typing import Floats
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh, distribute
-from contactfem.meshes.data import Floats, MeshData
+from contactfem.meshes.data import MeshData
 
 ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
 

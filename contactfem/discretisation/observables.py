@@ -6,9 +6,9 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions
 from contactfem.discretisation.discretise import Discretisation
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.results.data import Observed
 
 

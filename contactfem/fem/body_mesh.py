@@ -12,9 +12,10 @@ from dolfinx.mesh import Mesh, exterior_facet_indices
 
 from mpi4py import MPI
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.fem.compat import cell_nodes, create_mesh
-from contactfem.meshes.data import FACETS, CellName, Floats, Ints, MeshData, Surface, matches
+from contactfem.meshes.data import FACETS, CellName, MeshData, Surface, matches
 
 Local = npt.NDArray[np.int32]
 

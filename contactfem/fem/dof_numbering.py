@@ -11,16 +11,14 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem, la
-from numpy.typing import NDArray
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import CaseError
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 PRESCRIBED = -1
 
 

@@ -4,16 +4,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mpi4py import MPI
 
 from contactfem.adaptivity.sizes import cell_sizes
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.meshes.data import MeshData, boundary_facets
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

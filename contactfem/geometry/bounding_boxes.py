@@ -1,10 +1,8 @@
 """Which boxes of many meet which boxes of many others: a tree that all of the others descend."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from contactfem.common.typing import Floats, Ints
 
 FEW = 4  # boxes that are paired as they come
 

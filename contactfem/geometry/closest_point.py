@@ -1,13 +1,10 @@
 """The nearest point of a polyline, or of a surface of triangles, to each of many points."""
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.geometry.bounding_boxes import BoxTree
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SLACK = 1e-9  # relative, by which a sphere that must hold the nearest point is made larger
 TINY = 1e-150  # [m], of which the square is not lost

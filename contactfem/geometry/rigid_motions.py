@@ -1,10 +1,8 @@
 """Rigid motions of a body, and which of them its conditions leave free."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
+from contactfem.common.typing import Bools, Floats
 
 RANK = 1e-6  # singular values below this share of the largest count as zero
 

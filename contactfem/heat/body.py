@@ -10,19 +10,17 @@ import scipy.sparse as sp
 import ufl
 from dolfinx import fem
 from dolfinx.mesh import Mesh
-from numpy.typing import NDArray
 from ufl.core.expr import Expr
 
 from petsc4py import PETSc
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
 from contactfem.fem.compat import CellExpression, assemble_into, local_matrix
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 PlaceTime = Callable[[Floats, float], Floats]
 
 

@@ -9,18 +9,12 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.fem.dof_numbering import Unknowns
 from contactfem.heat.body import HeatBody
 from contactfem.laws.conductance import ConductanceLaw
 from contactfem.mechanics.interface_nodes import BodySide, RigidSide
-from contactfem.mortar.interface_mesh import (
-    Bools,
-    Floats,
-    InterfaceMesh,
-    Ints,
-    NormalField,
-    nodal_normals,
-)
+from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField, nodal_normals
 from contactfem.mortar.segments import Segments, cut, find_pairs
 from contactfem.results.data import SurfaceHeat
 

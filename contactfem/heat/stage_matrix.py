@@ -8,7 +8,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.fem.dof_numbering import Floats, Ints, Unknowns
+from contactfem.common.typing import Floats, Ints
+from contactfem.fem.dof_numbering import Unknowns
 from contactfem.fem.petsc_options import HEAT, configure
 from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange, HeatInterface

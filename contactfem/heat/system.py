@@ -10,7 +10,8 @@ from petsc4py import PETSc
 
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
-from contactfem.fem.dof_numbering import Floats, Ints, Unknowns
+from contactfem.common.typing import Floats, Ints
+from contactfem.fem.dof_numbering import Unknowns
 from contactfem.heat.body import HeatBody, PlaceTime
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.heat.stage_matrix import StageMatrix

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats
 from contactfem.errors import CaseError
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 RIM = 0.5  # covered share of a node's facets below which the rim rule acts
 RIM_COMPLIANCE = 0.1

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 TINY = 1e-8  # share of the hardness below which a power law with exponent < 1 is made smooth
 

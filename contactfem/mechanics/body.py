@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
 from petsc4py import PETSc
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
 from contactfem.fem.compat import CellExpression, assemble_into
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
@@ -26,9 +26,6 @@ from contactfem.forms.mechanics import (
     small_strain_stress,
 )
 from contactfem.mechanics.elements import linear, mini
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.fem.dof_numbering import Floats, Grip, Prescribed, Unknowns
+from contactfem.common.typing import Floats
+from contactfem.fem.dof_numbering import Grip, Prescribed, Unknowns
 from contactfem.mechanics.body import BodyProblem
 
 

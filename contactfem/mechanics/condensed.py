@@ -14,13 +14,13 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats, Ints
 from contactfem.contact.conditions import Conditions, Contact, History
 from contactfem.contact.tangent import Tangent, linearise
 from contactfem.laws.complementarity import Status, Trial
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
 from contactfem.mechanics.sparsity import Coupling
-from contactfem.mortar.interface_mesh import Floats, Ints
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mechanics.bulk_system import System
 from contactfem.meshes.data import Surface
 from contactfem.mortar.directions import OfCircle, of_plane
-from contactfem.mortar.interface_mesh import Basis, Bools, Directions, Floats, InterfaceMesh, Ints
+from contactfem.mortar.interface_mesh import Basis, Directions, InterfaceMesh
 
 
 @dataclass(frozen=True)

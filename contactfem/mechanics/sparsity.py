@@ -5,9 +5,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from contactfem.common.typing import Bools, Ints
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
-from contactfem.mortar.interface_mesh import Bools, Ints
 
 AHEAD_NONMORTAR = 4  # nodes along the nonmortar side that may come into contact in the same pattern
 AHEAD_MORTAR = 8  # nodes along the mortar side that a node may slide over in the same pattern

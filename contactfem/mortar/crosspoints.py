@@ -10,8 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from contactfem.common.typing import Bools, Ints
 from contactfem.errors import CaseError
-from contactfem.mortar.interface_mesh import Bools, InterfaceMesh, Ints
+from contactfem.mortar.interface_mesh import InterfaceMesh
 
 Side = tuple[int, Ints]  # body, and its vertices on a surface
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.mortar.interface_mesh import Floats, InterfaceMesh, averaged_normals
+from contactfem.common.typing import Floats
+from contactfem.mortar.interface_mesh import InterfaceMesh, averaged_normals
 
 
 def of_plane(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:

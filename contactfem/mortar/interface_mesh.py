@@ -7,14 +7,11 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from contactfem.common.block_csr import block_rows
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.sparse import Sparse, joined
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 Basis = Literal["dual", "standard"]
 
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.mortar.interface_mesh import Basis, Bools, Floats, InterfaceMesh, Ints, NormalField
+from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.mortar.interface_mesh import Basis, InterfaceMesh, NormalField
 from contactfem.mortar.segments import Segments, entries
 from contactfem.mortar.sparse import Sparse
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
-from contactfem.mortar.interface_mesh import Bools, Floats, InterfaceMesh, Ints, NormalField
+from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField
 from contactfem.mortar.sparse import Sparse
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap

@@ -10,9 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
+from contactfem.common.typing import Floats, Ints
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Triplets = tuple[Ints, Ints, Floats]  # rows, columns and values; those at the same place add up
 
 

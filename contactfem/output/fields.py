@@ -14,8 +14,8 @@ from dolfinx import fem
 
 from mpi4py import MPI
 
+from contactfem.common.typing import Floats
 from contactfem.errors import CaseError, WriteError
-from contactfem.results.data import FloatArray
 
 if TYPE_CHECKING:
     from dolfinx.io import VTXWriter
@@ -26,7 +26,7 @@ SPARE = 1 << 20  # bytes that have to stay free for what ADIOS2 writes at the en
 STRESSES = 6  # xx, yy, zz, xy, yz, xz, which ParaView knows as a symmetric tensor
 
 
-def nodal_average(V: fem.FunctionSpace, cell_values: FloatArray) -> fem.Function:
+def nodal_average(V: fem.FunctionSpace, cell_values: Floats) -> fem.Function:
     """Average cell values at the vertices, over the cells around each, on whatever rank they are.
 
     Args:
@@ -124,7 +124,7 @@ class FieldWriter:
         writer = VTXWriter(mesh.comm, path, [displacement, stress], engine="BP4")
         return _BodyFile(displacement, stress, writer)
 
-    def write(self, t: float, cell_stresses: Mapping[str, FloatArray]) -> None:
+    def write(self, t: float, cell_stresses: Mapping[str, Floats]) -> None:
         """Add a time to every file, on all ranks together.
 
         Args:

@@ -3,12 +3,13 @@
 import numpy as np
 
 from contactfem.case.schema import Case
+from contactfem.common.typing import Floats, Ints
 from contactfem.contact.rim import rim_values
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import gather_vertex_values
 from contactfem.laws.complementarity import Status
-from contactfem.mortar.interface_mesh import Floats, InterfaceMesh, Ints
+from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.output.fields import nodal_average
 from contactfem.results.data import BodyPicture, InterfaceTable, SurfaceHeat
 

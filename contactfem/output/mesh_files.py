@@ -4,14 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from contactfem.case.schema import Case
+from contactfem.common.typing import Ints
 from contactfem.errors import CaseError, MeshError
 from contactfem.meshes import MeshData
 from contactfem.meshes.file import CELLS
-
-Ints = npt.NDArray[np.int64]
 
 FACETS = {
     "triangle": "line",

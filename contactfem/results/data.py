@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.laws.complementarity import Status as Status
 
 if TYPE_CHECKING:
     from contactfem.case.schema import Case
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -200,10 +198,10 @@ class SurfaceHeat(NamedTuple):
     (n,) each.
     """
 
-    temperature: FloatArray
-    mortar_temperature: FloatArray
-    flux: FloatArray
-    dissipation: FloatArray
+    temperature: Floats
+    mortar_temperature: Floats
+    flux: Floats
+    dissipation: Floats
 
 
 @dataclass(frozen=True)
@@ -229,19 +227,19 @@ class InterfaceTable:
     """
 
     name: str
-    X: FloatArray
-    x: FloatArray
-    arc: FloatArray
-    gap: FloatArray
-    pressure: FloatArray
-    traction: FloatArray
-    slip: FloatArray
+    X: Floats
+    x: Floats
+    arc: Floats
+    gap: Floats
+    pressure: Floats
+    traction: Floats
+    slip: Floats
     status: npt.NDArray[np.int8]
-    cover: FloatArray
-    facet_length: FloatArray
-    mortar_x: FloatArray
-    mortar_pressure: FloatArray
-    depth: FloatArray | float = 1.0
+    cover: Floats
+    facet_length: Floats
+    mortar_x: Floats
+    mortar_pressure: Floats
+    depth: Floats | float = 1.0
     heat: SurfaceHeat | None = None
 
 
@@ -258,10 +256,10 @@ class BodyPicture:
     """
 
     name: str
-    points: FloatArray
-    cells: IntArray
-    displacement: FloatArray
-    fields: dict[str, FloatArray]
+    points: Floats
+    cells: Ints
+    displacement: Floats
+    fields: dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -280,9 +278,9 @@ class MeshErrors:
     t: float
     problem: str
     body: str
-    points: FloatArray
-    cells: IntArray
-    density: FloatArray
+    points: Floats
+    cells: Ints
+    density: Floats
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.output.figures.deformation import cell_areas
-from contactfem.results.data import BodyPicture, FloatArray, HeatStep, InterfaceTable, StepReport
+from contactfem.results.data import BodyPicture, HeatStep, InterfaceTable, StepReport
 
 if TYPE_CHECKING:
     from contactfem.case.schema import Case
@@ -135,7 +136,7 @@ def heat_of_body(body: BodyPicture) -> dict[str, float]:
     }
 
 
-def mean_over_area(body: BodyPicture, values: FloatArray) -> float:
+def mean_over_area(body: BodyPicture, values: Floats) -> float:
     """Mean of a nodal field over the reference area of a plane body, exact for parallelograms."""
     area = cell_areas(body.points, body.cells)
     return float(area @ values[body.cells].mean(axis=1) / area.sum())

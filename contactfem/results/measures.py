@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.results.data import (
-    BodyPicture,
-    FloatArray,
-    InterfaceTable,
-    RunResult,
-    Status,
-    StepReport,
-)
+from contactfem.common.typing import Floats
+from contactfem.results.data import BodyPicture, InterfaceTable, RunResult, Status, StepReport
 from contactfem.results.error_measures import errors_of_costs, errors_of_steps, measurable_errors
 from contactfem.results.heat_measures import (
     heat_of_body,
@@ -156,7 +150,7 @@ def _edges(table: InterfaceTable, name: str, members: Sequence[Status]) -> dict[
 
 
 def _at_center(
-    table: InterfaceTable, pressure: FloatArray, solution: ContactSolution | None
+    table: InterfaceTable, pressure: Floats, solution: ContactSolution | None
 ) -> dict[str, float]:
     """Pressures in the middle: of the closed form if there is one, else of the contact."""
     if solution is not None:
@@ -234,7 +228,7 @@ def _errors(
     return values
 
 
-def von_mises(stress: FloatArray) -> FloatArray:
+def von_mises(stress: Floats) -> Floats:
     """Von Mises stress, σ_v² = 3/2 s:s with the deviator s.
 
     Args:
@@ -245,7 +239,7 @@ def von_mises(stress: FloatArray) -> FloatArray:
     """
     normal = stress[:, :3]
     differences = np.sum((normal - np.roll(normal, 1, axis=1)) ** 2, axis=1)
-    result: FloatArray = np.sqrt(0.5 * differences + 3.0 * np.sum(stress[:, 3:] ** 2, axis=1))
+    result: Floats = np.sqrt(0.5 * differences + 3.0 * np.sum(stress[:, 3:] ** 2, axis=1))
     return result
 
 

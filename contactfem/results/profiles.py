@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from contactfem.results.data import FloatArray, IntArray, InterfaceTable, Status
+from contactfem.common.typing import Floats, Ints
+from contactfem.results.data import InterfaceTable, Status
 from contactfem.verification.contact import ContactSolution, Profile
 
 _GAUSS_POINTS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-def carriers(table: InterfaceTable) -> IntArray:
+def carriers(table: InterfaceTable) -> Ints:
     """Node whose multiplier acts at each node: itself, or the nearest that carries one.
 
     Args:
@@ -90,7 +91,7 @@ def walks_along_x(table: InterfaceTable) -> bool:
     return bool((steps > 0.0).all() or (steps < 0.0).all())
 
 
-def _normals(x: FloatArray) -> FloatArray:
+def _normals(x: Floats) -> Floats:
     """Mean normal (n, 2) of the facets at each node of a chain, (dy, -dx) along the walk."""
     edges = np.diff(x, axis=0)
     facets = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
@@ -98,11 +99,11 @@ def _normals(x: FloatArray) -> FloatArray:
     nodal = np.zeros_like(x)
     nodal[:-1] += facets
     nodal[1:] += facets
-    unit: FloatArray = nodal / np.linalg.norm(nodal, axis=1, keepdims=True)
+    unit: Floats = nodal / np.linalg.norm(nodal, axis=1, keepdims=True)
     return unit
 
 
-def value_at(values: FloatArray, position: float) -> float:
+def value_at(values: Floats, position: float) -> float:
     """Interpolate nodal values linearly.
 
     Args:
@@ -115,7 +116,7 @@ def value_at(values: FloatArray, position: float) -> float:
     return float(np.interp(position, np.arange(len(values)), values))
 
 
-def position_of(coordinate: FloatArray, x: float) -> float:
+def position_of(coordinate: Floats, x: float) -> float:
     """Find where the surface first passes a coordinate.
 
     Args:
@@ -129,9 +130,9 @@ def position_of(coordinate: FloatArray, x: float) -> float:
     return float(crossings[0] if crossings.size else np.argmin(np.abs(coordinate - x)))
 
 
-def _crossings(coordinate: FloatArray, levels: Iterable[float]) -> FloatArray:
+def _crossings(coordinate: Floats, levels: Iterable[float]) -> Floats:
     """Return the positions where the surface passes one of the levels."""
-    found: list[FloatArray] = [np.empty(0)]
+    found: list[Floats] = [np.empty(0)]
     for level in levels:
         offset = coordinate - level
         facet = np.flatnonzero(offset[:-1] * offset[1:] <= 0.0)
@@ -152,8 +153,8 @@ def _edges(solution: ContactSolution, low: float, high: float) -> list[float]:
 
 
 def error_l2(
-    X: FloatArray,
-    values: FloatArray,
+    X: Floats,
+    values: Floats,
     profile: Profile,
     solution: ContactSolution,
     within: float = math.inf,

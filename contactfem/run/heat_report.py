@@ -8,6 +8,7 @@ import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.common.typing import Floats
 from contactfem.heat.ringing import (
     COLD,
     STEPS,
@@ -17,7 +18,6 @@ from contactfem.heat.ringing import (
     local_ringing,
     ringing,
 )
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.results.data import HeatStep
 from contactfem.thermomechanics.staggered import HeatOutcome
 from contactfem.thermomechanics.thermal_problem import Thermal

@@ -6,9 +6,9 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.fem.dof_numbering import PRESCRIBED, Floats, Ints
+from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.fem.dof_numbering import PRESCRIBED
 from contactfem.mechanics.bulk_system import System
-from contactfem.mortar.interface_mesh import Bools
 
 
 class Held:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from contactfem.mortar.interface_mesh import Bools, Floats, Ints
+from contactfem.common.typing import Bools, Floats, Ints
 
 
 def solve(A: Floats, b: Floats) -> Floats:

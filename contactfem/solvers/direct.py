@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions
 from contactfem.mechanics.condensed import Condensed
-from contactfem.mortar.interface_mesh import Floats
 
 MUMPS = {
     "ksp_type": "preonly",

@@ -9,8 +9,8 @@ import numpy as np
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.solvers.direct import Direct
 from contactfem.solvers.interface_system import InterfaceMatrix, interface_unknowns
 from contactfem.solvers.substructuring import gathered

@@ -7,10 +7,10 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Conditions
 from contactfem.contact.tangent import linearise
 from contactfem.mechanics.condensed import Interface, contact_rows
-from contactfem.mortar.interface_mesh import Bools, Floats, Ints
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 from contactfem.solvers.dense_elimination import Elimination, solve
 

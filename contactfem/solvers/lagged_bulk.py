@@ -10,8 +10,8 @@ import numpy as np
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.solvers.direct import Iterate
 from contactfem.solvers.interface_solver import OnInterfaces
 from contactfem.solvers.renewal import worth_renewing

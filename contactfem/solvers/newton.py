@@ -10,6 +10,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions, History
 from contactfem.fem.compat import unlock
 from contactfem.fem.petsc_options import MECHANICS, configure
@@ -17,7 +18,6 @@ from contactfem.laws.complementarity import Status, Trial
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.saddle_point import Saddle
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.solvers.choice import linear_solver
 from contactfem.solvers.direct import Direct, Iterate
 from contactfem.solvers.doubt import doubt

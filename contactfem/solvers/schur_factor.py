@@ -6,8 +6,8 @@ import numpy as np
 
 from petsc4py import PETSc
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.compat import petsc_library
-from contactfem.fem.dof_numbering import Floats, Ints
 
 ZERO_PIVOT = 71  # PETSC_ERR_MAT_LU_ZRPVT
 HALVES = 26  # which half of a solve MUMPS does

@@ -13,7 +13,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.fem.dof_numbering import Floats, Ints, pairs
+from contactfem.common.typing import Floats, Ints
+from contactfem.fem.dof_numbering import pairs
 from contactfem.mechanics.bulk_system import System
 from contactfem.solvers.dense_elimination import Elimination
 from contactfem.solvers.schur_factor import SchurFactor

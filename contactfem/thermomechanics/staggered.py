@@ -8,11 +8,11 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case.settings import Heat
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions
 from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution
 from contactfem.laws.complementarity import Trial
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.thermomechanics.thermal_problem import Thermal
 

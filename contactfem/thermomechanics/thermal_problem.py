@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats
 from contactfem.contact.conditions import Conditions
 from contactfem.contact.rim import rim_values
 from contactfem.fem.body_mesh import dofs_at_vertices
@@ -17,7 +18,6 @@ from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.heat.system import HeatSolution, HeatStepInput, HeatSystem
 from contactfem.mechanics.body import BodyProblem
 from contactfem.meshes.data import Surface
-from contactfem.mortar.interface_mesh import Floats
 from contactfem.results.data import SurfaceHeat
 from contactfem.transfer.lumped_projection import Projection
 from contactfem.transfer.volume import SurfaceTransfer, VertexValues, VolumeTransfer

@@ -8,8 +8,9 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.common.block_csr import block_rows
+from contactfem.common.typing import Floats
 from contactfem.fem.body_mesh import BodyMesh
-from contactfem.meshes.data import Floats, MeshData, jacobians
+from contactfem.meshes.data import MeshData, jacobians
 from contactfem.transfer.point_location import cell_sizes
 from contactfem.transfer.shape_functions import is_simplex, shape_functions
 from contactfem.transfer.volume import VolumeTransfer, everywhere, located

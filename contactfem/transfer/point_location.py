@@ -4,16 +4,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.geometry.bounding_boxes import BoxTree
 from contactfem.geometry.closest_point import NearestFacets, cheapest
 from contactfem.meshes.data import MeshData, boundary
 from contactfem.transfer.shape_functions import linear_weights, margin, pull_back
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 INSIDE = 1e-8  # reference coordinate by which a point of a cell may lie outside of it
 NUDGE = 1e-6  # of the way inward, which tells the two lips of a slit apart

@@ -4,11 +4,9 @@ from functools import reduce
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
+from contactfem.common.typing import Floats
 from contactfem.meshes.data import CellName
-
-Floats = npt.NDArray[np.float64]
 
 ITERATIONS = 50  # of Newton's method: usually 2 to 6
 CONVERGED = 1e-9  # change of a reference coordinate, which the step after it squares

@@ -13,10 +13,11 @@ from dolfinx.fem import FunctionSpace
 from mpi4py import MPI
 
 from contactfem.common.block_csr import block_rows
+from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
 from contactfem.geometry.closest_point import NearestFacets
-from contactfem.meshes.data import Floats, Ints, MeshData, Surface
+from contactfem.meshes.data import MeshData, Surface
 from contactfem.transfer.point_location import Location, cell_sizes, simplices, surroundings
 
 FAR = 0.5  # of the larger one of the cells: how far outside of the source a vertex may lie

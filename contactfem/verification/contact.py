@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-Profile = Callable[[FloatArray], FloatArray]
+from contactfem.common.typing import Floats
+
+Profile = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -34,15 +34,15 @@ class ContactSolution:
     period: float = math.inf
 
 
-def _nothing(x: FloatArray) -> FloatArray:
+def _nothing(x: Floats) -> Floats:
     return np.zeros_like(x)
 
 
-def _ellipse(x: FloatArray, half_width: float) -> FloatArray:
+def _ellipse(x: Floats, half_width: float) -> Floats:
     """Return sqrt(1 - x²/a²), and zero outside."""
     if half_width <= 0.0:
         return np.zeros_like(x)
-    height: FloatArray = np.sqrt(np.maximum(0.0, 1.0 - (x / half_width) ** 2))
+    height: Floats = np.sqrt(np.maximum(0.0, 1.0 - (x / half_width) ** 2))
     return height
 
 
@@ -170,11 +170,11 @@ def westergaard(
     """
     full = math.pi * modulus * amplitude / wave_length
 
-    def phase(x: FloatArray) -> FloatArray:
-        angle: FloatArray = np.multiply(math.pi / wave_length, x - center)
+    def phase(x: Floats) -> Floats:
+        angle: Floats = np.multiply(math.pi / wave_length, x - center)
         return angle
 
-    def whole(x: FloatArray) -> FloatArray:
+    def whole(x: Floats) -> Floats:
         return np.add(mean_pressure, full * np.cos(2.0 * phase(x)))
 
     if mean_pressure >= full:
@@ -183,9 +183,9 @@ def westergaard(
         )
     share = mean_pressure / full
 
-    def part(x: FloatArray) -> FloatArray:
+    def part(x: Floats) -> Floats:
         root = np.sqrt(np.maximum(0.0, share - np.sin(phase(x)) ** 2))
-        shape: FloatArray = 2.0 * mean_pressure / share * np.abs(np.cos(phase(x))) * root
+        shape: Floats = 2.0 * mean_pressure / share * np.abs(np.cos(phase(x))) * root
         return shape
 
     half_width = wave_length / math.pi * math.asin(math.sqrt(share))

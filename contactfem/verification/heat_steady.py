@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 
 @dataclass(frozen=True)
@@ -119,12 +119,12 @@ class RodInRing:
     conductance: float
     outside: float = 0.0
 
-    def ring(self, r: npt.ArrayLike) -> FloatArray:
+    def ring(self, r: npt.ArrayLike) -> Floats:
         """Temperature of the ring at radii [m], θ_b + P/(2πk) ln(b/r), in K."""
         scale = self.power / (2.0 * math.pi * self.conductivity_ring)
         return np.asarray(self.outside + scale * np.log(self.outer_radius / np.asarray(r)))
 
-    def rod(self, r: npt.ArrayLike) -> FloatArray:
+    def rod(self, r: npt.ArrayLike) -> Floats:
         """Temperature of the rod at radii [m], θ_ring(a) + P/(2πah) + P/(4πk) (1 - r²/a²), in K."""
         surface = self.ring(self.radius) + self.power / (
             2.0 * math.pi * self.radius * self.conductance

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 from scipy.special import erfc, erfcx
 
-FloatArray = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class EqualSlabs:
     difference: float
     terms: int = 100
 
-    def _series(self, t: float) -> tuple[FloatArray, FloatArray]:
+    def _series(self, t: float) -> tuple[Floats, Floats]:
         """Return β_m and the amplitudes Δ/2 C_m exp(-β_m² κt/L²)."""
         biot = 2.0 * self.conductance * self.length / self.conductivity
 
@@ -53,7 +53,7 @@ class EqualSlabs:
         amplitude = 4.0 * np.sin(beta) / (2.0 * beta + np.sin(2.0 * beta))
         return beta, 0.5 * self.difference * amplitude * np.exp(-(beta**2) * fourier)
 
-    def theta(self, x: npt.ArrayLike, t: float) -> FloatArray:
+    def theta(self, x: npt.ArrayLike, t: float) -> Floats:
         """Temperature of the warm slab; the cold one has its negative.
 
         Args:
@@ -65,7 +65,7 @@ class EqualSlabs:
         """
         beta, amplitude = self._series(t)
         x = np.atleast_1d(np.asarray(x, np.float64))
-        found: FloatArray = np.cos(np.outer(x / self.length, beta)) @ amplitude
+        found: Floats = np.cos(np.outer(x / self.length, beta)) @ amplitude
         return found
 
     def jump(self, t: float) -> float:
@@ -97,11 +97,11 @@ class HalfSpace:
         """Thermal effusivity sqrt(k ρc) [W s^½/m²/K]."""
         return math.sqrt(self.conductivity * self.heat_capacity)
 
-    def slowness(self, depth: npt.ArrayLike) -> FloatArray:
+    def slowness(self, depth: npt.ArrayLike) -> Floats:
         """Return a = x / sqrt(κ) of points at a depth [m], in s^½."""
         return np.asarray(depth, np.float64) * math.sqrt(self.heat_capacity / self.conductivity)
 
-    def heated(self, flux: float, depth: npt.ArrayLike, t: float) -> FloatArray:
+    def heated(self, flux: float, depth: npt.ArrayLike, t: float) -> Floats:
         """Temperature under a constant flux into the surface.
 
         θ = θ_0 + q/e [2 sqrt(t/π) exp(-a²/4t) - a erfc(a/2√t)]; 2q/e sqrt(t/π) at the surface.
@@ -117,18 +117,18 @@ class HalfSpace:
         return self.start + flux / self.effusivity * _ramp(self.slowness(depth), t)
 
 
-def _ramp(a: FloatArray, t: float) -> FloatArray:
+def _ramp(a: Floats, t: float) -> Floats:
     """Return the inverse Laplace transform of exp(-a√s) / s^(3/2)."""
     root = math.sqrt(t)
     decay = 2.0 * root / math.sqrt(math.pi) * np.exp(-(a**2) / (4.0 * t))
-    found: FloatArray = decay - a * erfc(a / (2.0 * root))
+    found: Floats = decay - a * erfc(a / (2.0 * root))
     return found
 
 
-def _relaxing(a: FloatArray, t: float, rate: float) -> FloatArray:
+def _relaxing(a: Floats, t: float, rate: float) -> Floats:
     """Return the inverse Laplace transform of exp(-a√s) / (s (√s + H)), H > 0."""
     y = a / (2.0 * math.sqrt(t))
-    found: FloatArray = (erfc(y) - np.exp(-(y**2)) * erfcx(y + rate * math.sqrt(t))) / rate
+    found: Floats = (erfc(y) - np.exp(-(y**2)) * erfcx(y + rate * math.sqrt(t))) / rate
     return found
 
 
@@ -182,7 +182,7 @@ class HalfSpaces:
         through = self.conductance * self.jump(t)
         return own - through, other + through
 
-    def _conducted(self, body: HalfSpace, depth: npt.ArrayLike, t: float) -> FloatArray:
+    def _conducted(self, body: HalfSpace, depth: npt.ArrayLike, t: float) -> Floats:
         """Return e θ due to the heat h [θ] conducted into a body."""
         a, H = body.slowness(depth), self._rate
         relaxing = _relaxing(a, t, H)
@@ -190,13 +190,13 @@ class HalfSpaces:
         driven = self._drive * (_ramp(a, t) - relaxing) / H
         return np.asarray(self.conductance * (start * relaxing + driven), np.float64)
 
-    def theta_nonmortar(self, depth: npt.ArrayLike, t: float) -> FloatArray:
+    def theta_nonmortar(self, depth: npt.ArrayLike, t: float) -> Floats:
         """Temperature of nonmortar at a depth (n,) [m] and a time > 0 [s] in K."""
         body = self.nonmortar
         lost = self._conducted(body, depth, t) / body.effusivity
         return np.asarray(body.heated(self._shares[0], depth, t) - lost)
 
-    def theta_mortar(self, depth: npt.ArrayLike, t: float) -> FloatArray:
+    def theta_mortar(self, depth: npt.ArrayLike, t: float) -> Floats:
         """Temperature of mortar at a depth (n,) [m] and a time > 0 [s] in K."""
         body = self.mortar
         won = self._conducted(body, depth, t) / body.effusivity
@@ -223,7 +223,7 @@ class HeatedSlab:
     length: float
     terms: int = 400
 
-    def theta(self, x: npt.ArrayLike, t: float) -> FloatArray:
+    def theta(self, x: npt.ArrayLike, t: float) -> Floats:
         """Temperature at positions (n,) [m] and a time > 0 [s] in K."""
         y = np.atleast_1d(np.asarray(x, np.float64)) / self.length
         m = np.arange(1, self.terms + 1)
@@ -232,5 +232,5 @@ class HeatedSlab:
         shape = (3.0 * y**2 - 1.0) / 6.0 - 2.0 / math.pi**2 * np.cos(
             np.outer(y, m * math.pi)
         ) @ series
-        found: FloatArray = self.flux * self.length / self.conductivity * (fourier + shape)
+        found: Floats = self.flux * self.length / self.conductivity * (fourier + shape)
         return found

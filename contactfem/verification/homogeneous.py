@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
 
 
 def bulk_and_shear_modulus(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
@@ -75,7 +75,7 @@ class NeoHooke:
     expansion: float = 0.0
     temperature: float = 0.0
 
-    def cauchy_stress(self, deformation_gradient: npt.ArrayLike) -> FloatArray:
+    def cauchy_stress(self, deformation_gradient: npt.ArrayLike) -> Floats:
         """Cauchy stress at a deformation gradient.
 
         Args:
@@ -89,10 +89,10 @@ class NeoHooke:
         bbar = J ** (-2.0 / 3.0) * F @ F.T
         volumetric = self.bulk_modulus * (math.log(J) - 3.0 * self.expansion * self.temperature)
         deviator = bbar - np.trace(bbar) / 3.0 * np.eye(3)
-        stress: FloatArray = (volumetric * np.eye(3) + self.shear_modulus * deviator) / J
+        stress: Floats = (volumetric * np.eye(3) + self.shear_modulus * deviator) / J
         return stress
 
-    def principal_stresses(self, *stretches: float) -> FloatArray:
+    def principal_stresses(self, *stretches: float) -> Floats:
         """Principal Cauchy stresses at three principal stretches.
 
         Args:

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from contactfem.common.typing import Floats
+
 # Fields that are differentiated by a complex step are evaluated at complex points.
 Numbers = npt.NDArray[Any]
 
@@ -87,7 +88,7 @@ class FiniteStrain:
         pulled = np.einsum("ikn,jkn->ijn", inverse, inverse)
         return P, -self.conductivity * J * np.einsum("ijn,jn->in", pulled, grad)
 
-    def _divergences(self, x: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+    def _divergences(self, x: Floats, t: float) -> tuple[Floats, Floats]:
         """Return Div P (2, n) and Div Q (n,), exact to round-off by complex steps."""
         force, heat = np.zeros((2, x.shape[1])), np.zeros(x.shape[1])
         for j in range(2):
@@ -98,37 +99,37 @@ class FiniteStrain:
             heat += Q[j].imag / (STEP * self.side)
         return force, heat
 
-    def displacement(self, x: FloatArray) -> FloatArray:
+    def displacement(self, x: Floats) -> Floats:
         """Displacement u (2, n) [m]."""
         a, b = self.amplitude
         X, Y = self._angles(x)
         return np.array([a * np.sin(X) * np.cos(0.5 * Y), b * np.cos(0.5 * X) * np.sin(Y)])
 
-    def theta(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def theta(self, x: Floats, t: float = 0.0) -> Floats:
         """Temperature θ (n,) at a time [s], in K."""
         return np.asarray(self._gradients(x, t)[1])
 
-    def deformation_gradient(self, x: FloatArray) -> FloatArray:
+    def deformation_gradient(self, x: Floats) -> Floats:
         """Deformation gradient F (2, 2, n) in the plane [-]."""
         return np.asarray(self._gradients(x, 0.0)[0])
 
-    def temperature_gradient(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def temperature_gradient(self, x: Floats, t: float = 0.0) -> Floats:
         """Material gradient Grad θ (2, n) at a time [s], in K/m."""
         return np.asarray(self._gradients(x, t)[2])
 
-    def stress(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def stress(self, x: Floats, t: float = 0.0) -> Floats:
         """First Piola-Kirchhoff stress P (2, 2, n) at a time [s], in Pa."""
         return np.asarray(self._fluxes(x, t)[0])
 
-    def heat_flux(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def heat_flux(self, x: Floats, t: float = 0.0) -> Floats:
         """Heat flux Q (2, n) per undeformed area at a time [s], in W/m²."""
         return np.asarray(self._fluxes(x, t)[1])
 
-    def body_force(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def body_force(self, x: Floats, t: float = 0.0) -> Floats:
         """Body force B_0 (2, n) per undeformed volume at a time [s], in N/m³."""
         return -self._divergences(x, t)[0]
 
-    def heat_source(self, x: FloatArray, t: float = 0.0) -> FloatArray:
+    def heat_source(self, x: Floats, t: float = 0.0) -> Floats:
         """Heat source R_0 (n,) per undeformed volume at a time [s], in W/m³."""
         stored = self.heat_capacity * self.rate * self.theta(x, t)
         return np.asarray(stored + self._divergences(x, t)[1])
@@ -156,23 +157,23 @@ class MovingGaussian:
     center: tuple[float, float] = (0.5, 0.5)
     speed: float = 2.0 * math.pi
 
-    def spot(self, t: float) -> FloatArray:
+    def spot(self, t: float) -> Floats:
         """Middle of the spot x_0 (2,) at a time [s], in m."""
         angle = self.speed * t
         return np.array(self.center) + self.radius * np.array([math.cos(angle), math.sin(angle)])
 
-    def _distance(self, x: FloatArray, t: float) -> FloatArray:
+    def _distance(self, x: Floats, t: float) -> Floats:
         return np.asarray((x[:2] - self.spot(t)[:, None]) / self.width)
 
-    def theta(self, x: FloatArray, t: float) -> FloatArray:
+    def theta(self, x: Floats, t: float) -> Floats:
         """Temperature θ (n,) [K]."""
         return np.asarray(self.height * np.exp(-np.sum(self._distance(x, t) ** 2, axis=0)))
 
-    def gradient(self, x: FloatArray, t: float) -> FloatArray:
+    def gradient(self, x: Floats, t: float) -> Floats:
         """Gradient of θ (2, n) [K/m]."""
         return -2.0 / self.width * self._distance(x, t) * self.theta(x, t)
 
-    def source(self, x: FloatArray, t: float) -> FloatArray:
+    def source(self, x: Floats, t: float) -> Floats:
         """Heat source ρc dθ/dt - k Δθ (n,) [W/m³]."""
         angle = self.speed * t
         velocity = self.speed * self.radius * np.array([-math.sin(angle), math.cos(angle)])
@@ -204,24 +205,24 @@ class SuddenSwitch:
     duration: float = 0.02
     side: float = 1.0
 
-    def _shape(self, x: FloatArray) -> FloatArray:
+    def _shape(self, x: Floats) -> Floats:
         X, Y = math.pi / self.side * x[0], math.pi / self.side * x[1]
         return np.asarray(self.height * np.sin(X) * np.sin(Y))
 
     def _switch(self, t: float) -> float:
         return math.tanh((t - self.instant) / self.duration)
 
-    def theta(self, x: FloatArray, t: float) -> FloatArray:
+    def theta(self, x: Floats, t: float) -> Floats:
         """Temperature θ (n,) [K]."""
         return self._shape(x) * self._switch(t)
 
-    def gradient(self, x: FloatArray, t: float) -> FloatArray:
+    def gradient(self, x: Floats, t: float) -> Floats:
         """Gradient of θ (2, n) [K/m]."""
         X, Y = math.pi / self.side * x[0], math.pi / self.side * x[1]
         steep = self.height * math.pi / self.side * self._switch(t)
         return steep * np.array([np.cos(X) * np.sin(Y), np.sin(X) * np.cos(Y)])
 
-    def source(self, x: FloatArray, t: float) -> FloatArray:
+    def source(self, x: Floats, t: float) -> Floats:
         """Heat source ρc dθ/dt - k Δθ (n,) [W/m³]."""
         switch = self._switch(t)
         stored = self.heat_capacity * (1.0 - switch**2) / self.duration
@@ -250,12 +251,12 @@ class HarmonicBody:
         """∂(ln θ)/∂y."""
         return self.wave_number if self.below else -self.wave_number
 
-    def theta(self, x: FloatArray) -> FloatArray:
+    def theta(self, x: Floats) -> Floats:
         """Temperature θ (n,) [K]."""
         across = self.amplitude * np.cos(self.wave_number * x[0])
         return np.asarray(across * np.exp(self._decay * x[1]))
 
-    def flux(self, x: FloatArray) -> FloatArray:
+    def flux(self, x: Floats) -> Floats:
         """Heat flux q = -k grad θ (2, n) [W/m²]."""
         down = self.conductivity * self.amplitude * np.exp(self._decay * x[1])
         along = self.wave_number * np.sin(self.wave_number * x[0])

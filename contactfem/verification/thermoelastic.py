@@ -8,14 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq, root
 
+from contactfem.common.typing import Floats
 from contactfem.laws.conductance import ConductanceLaw, under_pressure
 from contactfem.verification.heat_steady import Bar, two_bars
 from contactfem.verification.homogeneous import NeoHooke
-
-FloatArray = npt.NDArray[np.float64]
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 
@@ -109,7 +107,7 @@ class ConfinedBlock:
     solid: NeoHooke
     bar: Bar
 
-    def volume_ratio(self, pressure: float, theta: FloatArray) -> FloatArray:
+    def volume_ratio(self, pressure: float, theta: Floats) -> Floats:
         """Volume ratio J under an axial pressure [Pa] at temperatures θ [K].
 
         K (ln J - 3αθ) + 2/3 μ (J^(4/3) - J^(-2/3)) + p J = 0, monotone in ln J.
@@ -158,11 +156,11 @@ def confined_blocks(
     scale = nonmortar.solid.bulk_modulus + 4.0 / 3.0 * nonmortar.solid.shear_modulus
     span = max(abs(bars[0].end - bars[1].end), 1.0)
 
-    def lengths(p: float, surfaces: FloatArray) -> tuple[float, float]:
+    def lengths(p: float, surfaces: Floats) -> tuple[float, float]:
         first = nonmortar.mean_contraction(p, surfaces[0])
         return bars[0].length / first, bars[1].length / mortar.mean_contraction(p, surfaces[1])
 
-    def residual(v: FloatArray) -> list[float]:
+    def residual(v: Floats) -> list[float]:
         p, surfaces = scale * v[0], v[1:]
         first, second = lengths(p, surfaces)
         q = under_pressure(law, p)[0] * (surfaces[0] - surfaces[1])

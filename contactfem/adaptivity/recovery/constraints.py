@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.adaptivity.recovery.patches import Floats, Ints, Patches
+from contactfem.adaptivity.recovery.patches import Patches
+from contactfem.common.typing import Floats, Ints
 
 PENALTY = 1e8  # weight of a condition over that of a sample
 

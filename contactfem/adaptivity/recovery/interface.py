@@ -21,7 +21,8 @@ from contactfem.adaptivity.recovery.constraints import (
     heat_flow_rows,
     traction_rows,
 )
-from contactfem.adaptivity.recovery.patches import Bools, Floats, Ints, Patches
+from contactfem.adaptivity.recovery.patches import Patches
+from contactfem.common.typing import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)

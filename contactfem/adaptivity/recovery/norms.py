@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from contactfem.adaptivity.recovery.patches import Floats, Ints
+from contactfem.common.typing import Floats, Ints
 from contactfem.results.relative_error import RelativeError
 
 TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0

@@ -4,12 +4,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from contactfem.common.typing import Bools, Floats, Ints
 
 RANK = 1e-3  # smallest singular value of samples that determine a polynomial, over the largest
 LEVERAGE = 0.5  # largest variance of a recovered value over that of a sample; 1/n in a full patch

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.unit_display import Scale, scale_for
 from contactfem.errors import CaseError
 from contactfem.output.figures.deformation import cell_edges, triangles
 from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files
 from contactfem.output.figures.style import GREY, INK, STYLE
-from contactfem.results.data import BodyPicture, FloatArray
+from contactfem.results.data import BodyPicture
 from contactfem.results.measures import von_mises
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ class _Look:
         heat: colours of temperature, and the close-up; None without heat.
     """
 
-    low: FloatArray
-    high: FloatArray
+    low: Floats
+    high: Floats
     stress: _Colours
     heat: _Hot | None
 
@@ -63,7 +64,7 @@ class _Hot:
 
     colours: _Colours
     body: str
-    X: FloatArray
+    X: Floats
     half: float
 
 
@@ -168,7 +169,7 @@ def _paint_close(axes: Axes, snapshot: Snapshot, hot: _Hot) -> None:
     axes.text(0.005, 0.96, label, transform=axes.transAxes, va="top", bbox=box)
 
 
-def _paint(axes: Axes, parts: Sequence[tuple[BodyPicture, FloatArray]], colours: _Colours) -> None:
+def _paint(axes: Axes, parts: Sequence[tuple[BodyPicture, Floats]], colours: _Colours) -> None:
     """Bodies with nodal values, their cells, outlines and a colour bar beside."""
     from matplotlib.collections import LineCollection, TriMesh
     from matplotlib.tri import Triangulation

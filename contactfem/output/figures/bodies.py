@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.common.unit_display import Scale, scale_for
 from contactfem.output.figures.deformation import cell_edges, magnification, triangles
 from contactfem.output.figures.style import INK, Frame, colour_bar, draw, quantity_label
-from contactfem.results.data import BodyPicture, FloatArray, IntArray, RunResult
+from contactfem.results.data import BodyPicture, RunResult
 from contactfem.results.measures import ACTIVE, COMPONENTS, von_mises
 from contactfem.results.profiles import value_at, zone
 
@@ -44,7 +45,7 @@ class Shown:
     """
 
     bodies: tuple[BodyPicture, ...]
-    values: tuple[FloatArray, ...]
+    values: tuple[Floats, ...]
     title: str
     symbol: str
     unit: str
@@ -64,7 +65,7 @@ class _View:
     colours: str
 
 
-def stress_of(body: BodyPicture, component: str) -> FloatArray:
+def stress_of(body: BodyPicture, component: str) -> Floats:
     """Nodal values of a stress component.
 
     Args:
@@ -97,20 +98,20 @@ def _view(result: RunResult, shown: Shown) -> _View:
     return _View(moved, length, scale_for(largest, shown.unit), low, high, colours)
 
 
-def _positions(body: BodyPicture, view: _View) -> FloatArray:
-    moved: FloatArray = body.points + view.magnification * body.displacement
-    shown: FloatArray = np.divide(moved[:, :2], view.length.factor)
+def _positions(body: BodyPicture, view: _View) -> Floats:
+    moved: Floats = body.points + view.magnification * body.displacement
+    shown: Floats = np.divide(moved[:, :2], view.length.factor)
     return shown
 
 
-def _polyline(x: FloatArray, edges: IntArray) -> FloatArray:
+def _polyline(x: Floats, edges: Ints) -> Floats:
     """Return one line through all edges, lifted between them, which is quick to draw (2, 3e)."""
     lifted = np.full((len(edges), 1, 2), np.nan)
-    line: FloatArray = np.concatenate([x[edges], lifted], axis=1).reshape(-1, 2).T
+    line: Floats = np.concatenate([x[edges], lifted], axis=1).reshape(-1, 2).T
     return line
 
 
-def _paint_body(axes: Axes, body: BodyPicture, values: FloatArray, view: _View) -> ScalarMappable:
+def _paint_body(axes: Axes, body: BodyPicture, values: Floats, view: _View) -> ScalarMappable:
     from matplotlib.collections import TriMesh
     from matplotlib.tri import Triangulation
 
@@ -169,7 +170,7 @@ def _paint(axes: Axes, result: RunResult, shown: Shown, view: _View) -> ScalarMa
     return images[0]
 
 
-def _close_up(result: RunResult, shown: Shown, view: _View) -> tuple[FloatArray, float] | None:
+def _close_up(result: RunResult, shown: Shown, view: _View) -> tuple[Floats, float] | None:
     """Return middle and half-width of the first small contact, in the unit that is shown."""
     points = np.concatenate([_positions(body, view) for body in shown.bodies])
     size = float(np.ptp(points, axis=0).max())
@@ -178,7 +179,7 @@ def _close_up(result: RunResult, shown: Shown, view: _View) -> tuple[FloatArray,
         if ends is None:
             continue
         moved = table.X + view.magnification * (table.x - table.X)
-        scaled: FloatArray = np.divide(moved, view.length.factor)
+        scaled: Floats = np.divide(moved, view.length.factor)
         x = np.array([[value_at(scaled[:, i], end) for i in (0, 1)] for end in ends])
         half = 1.1 * float(np.linalg.norm(x[1] - x[0]))
         if 0.0 < half < CLOSE_UP * size:

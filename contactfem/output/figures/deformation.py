@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
-from contactfem.results.data import FloatArray, IntArray, InterfaceTable, RunResult
+from contactfem.common.typing import Floats, Ints
+from contactfem.results.data import InterfaceTable, RunResult
 
 SHOWN_STRAIN = 0.06  # to which share of the scene's size small displacements are magnified
 GAP_SHOWN = 0.05  # a first gap larger than this share of the displacements forbids to magnify them
 
 
-def triangles(cells: IntArray) -> IntArray:
+def triangles(cells: Ints) -> Ints:
     """Split plane cells into triangles.
 
     Args:
@@ -26,7 +27,7 @@ def triangles(cells: IntArray) -> IntArray:
     return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
 
 
-def cell_areas(points: FloatArray, cells: IntArray) -> FloatArray:
+def cell_areas(points: Floats, cells: Ints) -> Floats:
     """Areas of plane cells: half the cross product of the diagonals.
 
     Args:
@@ -39,11 +40,11 @@ def cell_areas(points: FloatArray, cells: IntArray) -> FloatArray:
     ring = [0, 1, 2, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
     a, b, c, d = (points[cells[:, i]] for i in ring)
     p, q = c - a, d - b
-    area: FloatArray = 0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    area: Floats = 0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
     return area
 
 
-def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
+def cell_edges(cells: Ints) -> tuple[Ints, Ints]:
     """Edges of plane cells, and which of them are on the boundary.
 
     Args:
@@ -60,7 +61,7 @@ def cell_edges(cells: IntArray) -> tuple[IntArray, IntArray]:
     return edges, edges[counts == 1]
 
 
-def _mortar_before(result: RunResult, table: InterfaceTable) -> FloatArray | None:
+def _mortar_before(result: RunResult, table: InterfaceTable) -> Floats | None:
     """Return where the mortar nodes of an interface started, None for a curved obstacle."""
     side = result.case.interfaces[table.name].mortar
     if side in result.case.obstacles:
@@ -69,7 +70,7 @@ def _mortar_before(result: RunResult, table: InterfaceTable) -> FloatArray | Non
             return None
         normal, point = np.array(obstacle.normal), np.array(obstacle.point)
         above = (table.X - point) @ normal / float(normal @ normal)
-        before: FloatArray = table.X - above[:, None] * normal
+        before: Floats = table.X - above[:, None] * normal
         return before
     body = next(body for body in result.bodies if body.name == side.partition(".")[0])
     rim = np.unique(cell_edges(body.cells)[1])

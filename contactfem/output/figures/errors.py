@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.unit_display import scale_for
 from contactfem.output.figures.style import BLUE, GREEN, GREY, INK, RED, Frame, draw, grid, stacked
-from contactfem.results.data import ErrorStep, FloatArray, RunResult
+from contactfem.results.data import ErrorStep, RunResult
 from contactfem.results.error_measures import remesh_events
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def draw_errors(result: RunResult, path: Path) -> Path:
     return draw(path, Frame(5.4, 5.0), paint)
 
 
-def _paint_errors(axes: Axes, result: RunResult, t: FloatArray, errors: list[ErrorStep]) -> None:
+def _paint_errors(axes: Axes, result: RunResult, t: Floats, errors: list[ErrorStep]) -> None:
     settings = result.case.adaptivity
     assert settings is not None
     asked = {

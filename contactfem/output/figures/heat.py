@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.unit_display import scale_for
 from contactfem.output.figures.style import (
     BLUE,
@@ -20,7 +21,7 @@ from contactfem.output.figures.style import (
     quantity_label,
     stacked,
 )
-from contactfem.results.data import FloatArray, HeatStep, RunResult
+from contactfem.results.data import HeatStep, RunResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +70,7 @@ def draw_heat_history(result: RunResult, path: Path) -> Path:
     return draw(path, Frame(5.4, 4.4), paint)
 
 
-def _paint_sources(axes: Axes, t: FloatArray, heat: list[HeatStep], unit_name: str) -> None:
+def _paint_sources(axes: Axes, t: Floats, heat: list[HeatStep], unit_name: str) -> None:
     """Draw the sums since the start of what is there."""
     curves = {key: np.cumsum([0.0, *(_part(step, key) for step in heat)]) for key in SOURCES}
     largest = max(float(np.abs(curve).max()) for curve in curves.values())

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.common.unit_display import scale_for
 from contactfem.output.figures.style import (
     BLUE,
@@ -23,7 +24,7 @@ from contactfem.output.figures.style import (
     quantity_label,
     stacked,
 )
-from contactfem.results.data import FloatArray, InterfaceTable, RunResult, Status
+from contactfem.results.data import InterfaceTable, RunResult, Status
 from contactfem.results.measures import ACTIVE
 from contactfem.results.profiles import carriers, value_at, zone
 from contactfem.verification.contact import closed_form
@@ -54,8 +55,8 @@ class _Strip:
     """
 
     table: InterfaceTable
-    s: FloatArray
-    x: FloatArray
+    s: Floats
+    x: Floats
     label: str
     window: tuple[float, float]
     friction: Friction | None
@@ -66,7 +67,7 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
     ways = {"X": table.X[:, 0], "Y": table.X[:, 1], "arc": table.arc}
     name = next(k for k, way in ways.items() if k == "arc" or _is_monotone(way))
     unit = scale_for(float(np.abs(ways[name]).max()), "m")
-    s: FloatArray = np.divide(ways[name], unit.factor)
+    s: Floats = np.divide(ways[name], unit.factor)
     low, high = float(s.min()), float(s.max())
     ends = zone(table, ACTIVE)
     if ends is not None:
@@ -78,7 +79,7 @@ def _strip(result: RunResult, table: InterfaceTable) -> _Strip:
     return _Strip(table, s, table.X[:, 0], label, (low, high), friction)
 
 
-def _is_monotone(values: FloatArray) -> bool:
+def _is_monotone(values: Floats) -> bool:
     """Whether values only rise or only fall."""
     steps = np.diff(values)
     return bool((steps > 0.0).all() or (steps < 0.0).all())
@@ -142,7 +143,7 @@ def _paint_stresses(axes: Axes, strip: _Strip, result: RunResult) -> None:
     axes.set_ylabel(quantity_label("p" if len(curves) == 1 else "p, t", unit.label))
 
 
-def _paint_length(axes: Axes, strip: _Strip, name: str, values: FloatArray, colour: str) -> None:
+def _paint_length(axes: Axes, strip: _Strip, name: str, values: Floats, colour: str) -> None:
     """Draw a length along the strip, with its own unit and limits from what is in the window."""
     low, high = strip.window
     seen = values[(strip.s >= low) & (strip.s <= high) & np.isfinite(values)]

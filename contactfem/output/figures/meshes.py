@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.typing import Floats, Ints
 from contactfem.common.unit_display import Scale, engineering, scale_for
 from contactfem.output.figures.deformation import cell_edges, triangles
 from contactfem.output.figures.style import INK, Frame, colour_bar, draw, quantity_label
-from contactfem.results.data import FloatArray, IntArray, MeshErrors, RunResult
+from contactfem.results.data import MeshErrors, RunResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +70,7 @@ def _paint(axes: Axes, meshes: Sequence[MeshErrors], length: Scale, norm: Normal
 
     count = sum(len(mesh.cells) for mesh in meshes)
     for mesh in meshes:
-        x: FloatArray = np.divide(mesh.points, length.factor)
+        x: Floats = np.divide(mesh.points, length.factor)
         image = TriMesh(Triangulation(x[:, 0], x[:, 1], triangles(mesh.cells)))
         image.set_array(_nodal(mesh))
         image.set(cmap="YlOrRd", norm=norm)
@@ -87,7 +88,7 @@ def _paint(axes: Axes, meshes: Sequence[MeshErrors], length: Scale, norm: Normal
     return image
 
 
-def _nodal(mesh: MeshErrors) -> FloatArray:
+def _nodal(mesh: MeshErrors) -> Floats:
     """Logarithm of the mean density of the cells around each vertex."""
     k = mesh.cells.shape[1]
     total = np.bincount(mesh.cells.ravel(), np.repeat(mesh.density, k), len(mesh.points))
@@ -95,7 +96,7 @@ def _nodal(mesh: MeshErrors) -> FloatArray:
     return np.asarray(np.log10(np.maximum(mean, np.finfo(float).tiny)))
 
 
-def _polyline(x: FloatArray, edges: IntArray) -> FloatArray:
+def _polyline(x: Floats, edges: Ints) -> Floats:
     """One line through all edges, lifted between them (2, 3e)."""
     lifted = np.full((len(edges), 1, 2), np.nan)
     return np.asarray(np.concatenate([x[edges], lifted], axis=1).reshape(-1, 2).T)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
+from contactfem.common.typing import Floats
 from contactfem.meshes import Builder, MeshSpec
-from contactfem.meshes.data import Floats, MeshData, jacobians
+from contactfem.meshes.data import MeshData, jacobians
 from contactfem.meshes.layers import GROWTH, RATIO, Layers
 from contactfem.meshes.size_field import SizeField, size_field
 

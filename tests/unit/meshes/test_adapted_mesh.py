@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
+from contactfem.common.typing import Floats
 from contactfem.errors import MeshError
 from contactfem.meshes import BUILDERS, Builder, MeshSpec
 from contactfem.meshes.adapted_mesh import adapt
 from contactfem.meshes.block import Block
 from contactfem.meshes.curves import Curve, Edge, FairCircle
-from contactfem.meshes.data import Floats, MeshData, boundary_facets, jacobians
+from contactfem.meshes.data import MeshData, boundary_facets, jacobians
 from contactfem.meshes.size_field import SizeField, size_field
 
 BLOCK = {"builder": "block", "width": "2 m", "height": "1 m", "nx": 10, "ny": 5}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from contactfem.common.typing import Floats
 from contactfem.errors import MeshError
 from contactfem.meshes.block import Block
-from contactfem.meshes.data import Floats
 from contactfem.meshes.disk import Ring
 from contactfem.meshes.size_field import SizeField, size_field
 
