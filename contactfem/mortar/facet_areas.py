@@ -6,8 +6,8 @@ from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.sparse import Sparse, joined
 
-# Of each triangle's area, what every node of a quadrilateral gets: its corners a third and a quarter
-# of a third, as the mean of the nodes is its third corner.
+# Of each triangle's area, what every node of a quadrilateral gets: the two that are its corners a
+# third, and all a quarter of a third, as the mean of the nodes is the third corner.
 _QUADRILATERAL = np.array(
     [[(5.0 if k in (s, (s + 1) % 4) else 1.0) / 12.0 for k in range(4)] for s in range(4)]
 )
@@ -30,8 +30,8 @@ def _triangles(facets: Ints, x: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     """Facets as triangles.
 
     Returns:
-        Facet of each, (t,), its corners [m], (t, 3, 3), those by the facet's nodes [-], (t, 3, 4), and
-        the share of its area that each node gets [-], (t, 4).
+        Facet of each, (t,), its corners [m], (t, 3, 3), those by the facet's nodes [-], (t, 3, 4),
+        and the share of its area that each node gets [-], (t, 4).
     """
     plain = np.flatnonzero(is_triangle(facets))
     quads = np.flatnonzero(~is_triangle(facets))
@@ -39,7 +39,9 @@ def _triangles(facets: Ints, x: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     corners = np.concatenate(
         (np.tile(np.eye(3, 4), (len(plain), 1, 1)), np.tile(_CORNERS, (len(quads), 1, 1)))
     )
-    shares = np.concatenate((np.tile(_TRIANGLE, (len(plain), 1)), np.tile(_QUADRILATERAL, (len(quads), 1))))
+    shares = np.concatenate(
+        (np.tile(_TRIANGLE, (len(plain), 1)), np.tile(_QUADRILATERAL, (len(quads), 1)))
+    )
     return facet, corners @ x[facets[facet]], corners, shares
 
 

@@ -7,7 +7,9 @@ import numpy as np
 from contactfem.common.typing import Bools, Floats
 from contactfem.mortar.interface_mesh import Basis
 
-SMALLEST = 1e-4  # eigenvalue of a scaled mass below which its basis is regularised; a whole facet has 0.1
+SMALLEST = (
+    1e-4  # eigenvalue of a scaled mass below which its basis is regularised; a whole facet has 0.1
+)
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,9 @@ def facet_basis(mass: Floats, triangle: Bools, kind: Basis) -> FacetBasis:
     """
     count = len(mass)
     if kind == "standard":
-        return FacetBasis(np.tile(np.eye(4), (count, 1, 1)), np.zeros((count, 4, 4)), np.zeros(count))
+        return FacetBasis(
+            np.tile(np.eye(4), (count, 1, 1)), np.zeros((count, 4, 4)), np.zeros(count)
+        )
     d = mass.sum(axis=2)
     root = np.sqrt(np.where(d > 0.0, d, 1.0))
     scale = root[:, :, None] * root[:, None, :]

@@ -81,14 +81,27 @@ def assemble_polygons(mesh: InterfaceMesh, polygons: Polygons) -> Entries:
     facets, e, mass, basis = _on_facets(mesh, polygons)
     nodes = mesh.nonmortar[facets]
     D = np.bincount(nodes.ravel(), mass.sum(axis=2).ravel(), mesh.n_nonmortar).astype(np.float64)
-    parts = [(mesh.nonmortar[polygons.facets[:, 0]], mesh.mortar[polygons.facets[:, 1]], basis.A[e] @ polygons.mixed)]
+    parts = [
+        (
+            mesh.nonmortar[polygons.facets[:, 0]],
+            mesh.mortar[polygons.facets[:, 1]],
+            basis.A[e] @ polygons.mixed,
+        )
+    ]
     if mesh.basis == "standard":
         own = mass.sum(axis=2)[:, :, None] * np.eye(4) - mass
         parts.append((nodes, nodes, own))
     rows, columns, values = (
         np.concatenate([part.ravel() for part in stack])
         for stack in zip(
-            *((np.broadcast_to(a[:, :, None], v.shape), np.broadcast_to(b[:, None, :], v.shape), v) for a, b, v in parts),
+            *(
+                (
+                    np.broadcast_to(a[:, :, None], v.shape),
+                    np.broadcast_to(b[:, None, :], v.shape),
+                    v,
+                )
+                for a, b, v in parts
+            ),
             strict=True,
         )
     )
@@ -113,7 +126,9 @@ def differentiate_polygons(
     n, n_nodes = mesh.n_nonmortar, mesh.n_nodes
     number, rows = _rows(mesh, x, polygons, multiplier)
     each: Ints = np.arange(len(number))
-    gather = Sparse.of_triplets((number, each, np.ones(len(each))), (4 * n + 3 * n_nodes, len(each)))
+    gather = Sparse.of_triplets(
+        (number, each, np.ones(len(each))), (4 * n + 3 * n_nodes, len(each))
+    )
     total = gather @ rows
     return Derivatives(total.part(0, n), total.part(n, 4 * n), total.part(4 * n, total.height))
 
@@ -121,7 +136,7 @@ def differentiate_polygons(
 def _rows(
     mesh: InterfaceMesh, x: Floats, polygons: Polygons, multiplier: Floats
 ) -> tuple[Ints, Sparse]:
-    """Number and derivative of every quantity of every facet, see `cf_polygon_rows` in kernels.h."""
+    """Numbers and derivatives of the quantities of facets, see `cf_polygon_rows` in kernels.h."""
     facets, e, _, basis = _on_facets(mesh, polygons)
     standard = mesh.basis == "standard"
     own = np.where(is_triangle(mesh.nonmortar[facets]), 3, 4)
@@ -139,8 +154,8 @@ def _rows(
             at_kernel(x), mesh.n_nonmortar, at_kernel(mesh.nonmortar), at_kernel(mesh.mortar),
             standard, at.stop - at.start, at_kernel(polygons.facets[at]),
             at_kernel(polygons.met[at]), at_kernel(polygons.integrals[at]), at_kernel(multiplier),
-            at_kernel(basis.A[lo:hi]), at_kernel(basis.inverse[lo:hi]), at_kernel(basis.delta[lo:hi]),
-            at_kernel(number), at_kernel(starts), at_kernel(columns), at_kernel(values),
+            at_kernel(basis.A[lo:hi]), at_kernel(basis.inverse[lo:hi]),
+            at_kernel(basis.delta[lo:hi]), at_kernel(number), at_kernel(starts), at_kernel(columns), at_kernel(values),
         )  # fmt: skip
         used = starts[count]
         numbers.append(number[:count])
@@ -162,7 +177,9 @@ def _blocks(room: Ints) -> list[tuple[int, int]]:
 def _stacked(parts: list[tuple[Ints, Ints, Floats]], width: int) -> Sparse:
     """One matrix of lengths of rows, columns and values of several."""
     lengths, columns, values = (
-        np.concatenate(p) for p in zip(*parts, strict=True)
-    ) if parts else (np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
+        (np.concatenate(p) for p in zip(*parts, strict=True))
+        if parts
+        else (np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
+    )
     starts = np.concatenate(([0], np.cumsum(lengths))).astype(np.int32)
     return Sparse(starts, columns, values, width)

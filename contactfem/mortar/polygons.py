@@ -63,8 +63,8 @@ def find_facet_pairs(mesh: InterfaceMesh, x: Floats, chosen: Ints, radius: float
     while True:
         pairs: Ints = np.empty((capacity, 2), np.int64)
         count = lib.cf_polygon_pairs(
-            at_kernel(x), len(nonmortar), at_kernel(nonmortar), len(mesh.mortar), at_kernel(mesh.mortar), radius,
-            capacity, at_kernel(pairs),
+            at_kernel(x), len(nonmortar), at_kernel(nonmortar), len(mesh.mortar),
+            at_kernel(mesh.mortar), radius, capacity, at_kernel(pairs),
         )  # fmt: skip
         if count < 0:
             raise ValueError(f"search radius {radius:g} m: must be positive")
@@ -90,8 +90,8 @@ def intersect(mesh: InterfaceMesh, x: Floats, pairs: Ints) -> Polygons:
     pairs = np.ascontiguousarray(pairs)
     integrals, met = np.empty((len(pairs), 26)), np.empty(len(pairs), np.int32)
     lib.cf_polygons(
-        at_kernel(x), at_kernel(mesh.nonmortar), at_kernel(mesh.mortar), len(pairs), at_kernel(pairs), at_kernel(integrals),
-        at_kernel(met),
+        at_kernel(x), at_kernel(mesh.nonmortar), at_kernel(mesh.mortar), len(pairs),
+        at_kernel(pairs), at_kernel(integrals), at_kernel(met),
     )  # fmt: skip
     return Polygons(pairs, met, integrals).part(met != 0)
 
