@@ -155,7 +155,8 @@ def _rows(
             standard, at.stop - at.start, at_kernel(polygons.facets[at]),
             at_kernel(polygons.met[at]), at_kernel(polygons.integrals[at]), at_kernel(multiplier),
             at_kernel(basis.A[lo:hi]), at_kernel(basis.inverse[lo:hi]),
-            at_kernel(basis.delta[lo:hi]), at_kernel(number), at_kernel(starts), at_kernel(columns), at_kernel(values),
+            at_kernel(basis.delta[lo:hi]), at_kernel(number), at_kernel(starts),
+            at_kernel(columns), at_kernel(values),
         )  # fmt: skip
         used = starts[count]
         numbers.append(number[:count])
