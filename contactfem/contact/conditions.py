@@ -1,13 +1,41 @@
+<<<<<<< HEAD
+"""Contact of one interface: which conditions hold at the nonmortar nodes, and their residuals."""
+=======
 """Contact conditions at the nonmortar nodes of one interface."""
+>>>>>>> main
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from mpi4py import MPI
 
+<<<<<<< HEAD
+from contactfem.common.typing import Floats
+from contactfem.contact.slip import Motion, relative_motion, tangential, transported, transports
+from contactfem.contact.state import (
+    ContactHistory,
+    ContactState,
+    EdgeTies,
+    Multiplier,
+    Residuals,
+)
+from contactfem.laws.active_set import ActiveSet, Status
+from contactfem.laws.complementarity import (
+    Regularisation,
+    active_set,
+    lengths,
+    normal_condition,
+    slip_condition,
+    stick_condition,
+    trial_multiplier,
+    unit,
+)
+from contactfem.laws.edge_stabilisation import edge_compliance
+from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
+=======
 from contactfem.common.typing import Floats, Ints
 from contactfem.contact.slip import Motion, motion
 from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
@@ -23,6 +51,7 @@ from contactfem.mortar.interface_mesh import (
 from contactfem.mortar.normals import NormalField, nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.mortar.segments import cut, find_pairs
+>>>>>>> main
 
 
 @dataclass(frozen=True)
@@ -57,8 +86,24 @@ class ContactLaw:
         return self.friction is not frictionless
 
 
+<<<<<<< HEAD
+@dataclass(frozen=True)
+class _Regularised:
+    """What multipliers are tied to at one state: estimates p̂, t̂ and, at edge nodes, neighbours.
+
+    Attributes:
+        normal: Of the pressure: a penalty's, and the edge stabilisation.
+        tangential: Of the traction: that of regularised friction, and the edge stabilisation.
+    """
+
+    normal: tuple[Regularisation, Regularisation]
+    tangential: tuple[Regularisation, Regularisation]
+
+
+=======
+>>>>>>> main
 class Contact:
-    """One interface: evaluates the contact conditions and their tangent.
+    """One interface: evaluates the contact conditions.
 
     Args:
         comm: Ranks that share the work.
@@ -74,6 +119,19 @@ class Contact:
         self.my_facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
 
     def operators(self, x: Floats) -> MortarOperators:
+<<<<<<< HEAD
+        """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
+        return mortar_operators(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
+
+    def state(
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        start: ActiveSet | None = None,
+    ) -> ContactState:
+        """Active set of the nodes from their trial multipliers, and what the conditions leave over.
+=======
         """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
         mesh, n = self.mesh, self.mesh.n_nonmortar
         normals = nodal_normals(mesh, x)
@@ -96,20 +154,65 @@ class Contact:
         self, operators: MortarOperators, multiplier: Floats, history: ContactHistory
     ) -> ContactState:
         """Status of every node from its trial state, and the residuals of the conditions.
+>>>>>>> main
 
         Args:
             operators: At the current positions.
-            multiplier: λ_j of every node as equilibrium gives it [Pa], (n_nonmortar, 2).
-            history: Operators at the start of the step.
+            multiplier: λ_j of every node as equilibrium gives it [Pa], (n_nonmortar, dim).
+            history: What the step started from.
+            start: Active set to take instead of that of the trial multipliers; what is not covered
+                is open all the same.
 
         Returns:
-            The conditions.
+            The state.
         """
-        law = self.law
-        p, t = _components(multiplier, operators.normals)
-        rim, kappa, slope = self._rim(operators)
+        motion = self.motion(operators, history)
+        edge = self._edge(operators)
+        if start is None:
+            found, turning = self._trial(operators, multiplier, history, motion, edge)
+        else:
+            status = np.where(operators.D > 0.0, start.status, Status.OPEN)
+            along = unit(tangential(start.direction, operators.normals.n))
+            found = ActiveSet(status.astype(np.int8), along)
+            turning = np.zeros(self.mesh.n_nonmortar)
+        chosen = self._allowed(found, motion, edge)
+        return self._state(operators, multiplier, history, (chosen, turning), motion, edge)
+
+    @staticmethod
+    def motion(operators: MortarOperators, history: ContactHistory) -> Motion:
+        """Relative motion of the two sides from the start of the step to where operators are."""
+        before = history.D, history.M
+        return relative_motion(operators.x, operators.normals.n, operators.M, before)
+
+    def _trial(
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        motion: Motion,
+        edge: EdgeTies,
+    ) -> tuple[ActiveSet, Floats]:
+        """Active set of the trial multipliers, and how much a change of t* turns its direction."""
+        law, parts = self.law, _parts(multiplier, operators.normals.n)
+        tied = self._regularised(operators, parts, history, edge)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
+<<<<<<< HEAD
+        trial = trial_multiplier(parts.pressure, -gap, law.c_n * law.c, tied.normal)
+        p_trial = np.where(seen, trial, 0.0)
+        t_trial = trial_multiplier(parts.traction, motion.slip, law.c_t * law.c, tied.tangential)
+        bound = law.friction(self._slip_state(p_trial, motion.slip, history)).value
+        found = active_set(p_trial, t_trial, bound, law.has_friction)
+        if not law.has_friction:
+            return found, np.zeros(len(bound))
+        weight = 1.0 + law.c_t * law.c * sum(part.compliance for part in tied.tangential)
+        at = (found.status == Status.SLIP) & motion.known
+        size = np.where(at, lengths(t_trial), 1.0)
+        return found, np.where(at, bound / (size * weight), 0.0)
+
+    def _allowed(self, found: ActiveSet, motion: Motion, edge: EdgeTies) -> ActiveSet:
+        """The active set of nodes that have a multiplier, with a direction where they slip.
+=======
         moved = relative_motion(operators, history)
         slip = moved.slip
         estimate = self._estimates(history)
@@ -136,16 +239,59 @@ class Contact:
         start: ActiveSet,
     ) -> ContactState:
         """As `conditions`, with a given status instead of the trial one.
+>>>>>>> main
 
-        Args:
-            operators: At the current positions.
-            multiplier: λ_j [Pa], (n_nonmortar, 2).
-            history: Operators at the start of the step.
-            start: Status and slip direction; what is not covered is open all the same.
-
-        Returns:
-            The conditions.
+        A node that was not covered before this step has no slip: it follows its neighbour.
         """
+<<<<<<< HEAD
+        status = np.where(self.mesh.has_multiplier, found.status, Status.NONE)
+        direction = np.where((status == Status.SLIP)[:, None], found.direction, 0.0)
+        new = (status > Status.OPEN) & ~motion.known
+        if new.any():
+            status = np.where(new, Status.SLIP, status)
+            direction[new] = edge.traction_target(direction)[new]
+        return ActiveSet(status.astype(np.int8), direction)
+
+    def _state(
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        chosen: tuple[ActiveSet, Floats],
+        motion: Motion,
+        edge: EdgeTies,
+    ) -> ContactState:
+        """Residuals of the conditions that belong to an active set."""
+        found, turning = chosen
+        active = found.active
+        parts = _parts(np.where(active[:, None], multiplier, 0.0), operators.normals.n)
+        p, t = parts.pressure, parts.traction
+        tied = self._regularised(operators, parts, history, edge)
+        gap = np.where(active, operators.gap, 0.0)
+        bound = self.law.friction(self._slip_state(p, motion.slip, history))
+        compliant, on_edge = tied.tangential
+        stick = stick_condition(motion.slip, t, tied.tangential)
+        slip = slip_condition(t, found.direction, bound.value)
+        tangential_row = np.where((found.status == Status.STICK)[:, None], stick, slip)
+        plastic = stick_condition(motion.slip, t, (compliant,))
+        return ContactState(
+            operators=operators,
+            history=history,
+            multiplier=parts,
+            active_set=found,
+            motion=motion,
+            plastic_slip=np.where(active[:, None], plastic, 0.0),
+            edge=edge,
+            traction_change=t - on_edge.target,
+            residuals=Residuals(
+                np.where(active, normal_condition(gap, p, tied.normal), 0.0),
+                np.where(active[:, None], tangential_row, 0.0),
+            ),
+            bound=bound,
+            turning=np.where(found.status == Status.SLIP, turning, 0.0),
+        )
+
+=======
         moved = relative_motion(operators, history)
         status = np.where(operators.D > 0.0, start.status, Status.OPEN)
         status = np.where(self.mesh.has_multiplier, status, Status.NONE).astype(np.int8)
@@ -189,16 +335,17 @@ class Contact:
             np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
         )  # fmt: skip
 
+>>>>>>> main
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
-        return SlipState(p, np.abs(slip) / history.dt, temperature)
+        return SlipState(p, lengths(slip) / history.dt, temperature)
 
     def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
         """Next estimates of an augmented Lagrangian.
 
         Args:
-            c: Conditions of the equilibrium with the present estimates.
+            c: State of the equilibrium with the present estimates.
             tolerance: Gap in contact and slip of sticking nodes that may stay [m], (n,).
 
         Returns:
@@ -207,18 +354,72 @@ class Contact:
         if not self.law.augmented:
             return None
         gap = np.where(c.active, np.abs(c.operators.gap), 0.0)
-        slip = np.where(c.status == Status.STICK, np.abs(c.slip), 0.0)
+        slip = np.where(c.status == Status.STICK, lengths(c.slip), 0.0)
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None
-        return replace(c.history, pressure=c.pressure, traction=c.traction)
+        traction = transported(c.multiplier.traction, c.operators.normals.n, c.history.normals)
+        return replace(c.history, pressure=c.multiplier.pressure, traction=traction)
 
+<<<<<<< HEAD
+    def _regularised(
+        self,
+        operators: MortarOperators,
+        parts: Multiplier,
+        history: ContactHistory,
+        edge: EdgeTies,
+    ) -> _Regularised:
+        """Compliances and targets: of a penalty or an augmented law, and of edge nodes.
+=======
     @staticmethod
     def _before(history: ContactHistory, rim: Ints) -> Floats:
         """t_j - t_k at the start of the step [Pa].
+>>>>>>> main
 
-        Slip is an increment of the step, so the rim rule must tie it to an increment as well:
-        under a constant load it would let a node creep otherwise.
+        Slip is an increment of the step, so edge nodes are tied by the change of the traction since
+        its start as well: under a constant load they would creep otherwise.
         """
+<<<<<<< HEAD
+        law, p, t = self.law, parts.pressure, parts.traction
+        estimate = np.zeros_like(p)
+        if law.augmented and history.pressure is not None:
+            estimate = history.pressure
+        past, target = np.zeros_like(t), edge.traction_target(t)
+        if history.traction is not None:
+            past = transported(history.traction, history.normals, operators.normals.n)
+            target = target + past - edge.traction_target(past)
+        return _Regularised(
+            normal=(
+                Regularisation(law.normal_compliance, estimate),
+                Regularisation(edge.compliance, edge.pressure_target(p)),
+            ),
+            tangential=(
+                Regularisation(law.tangential_compliance, past),
+                Regularisation(edge.compliance, target),
+            ),
+        )
+
+    def _edge(self, operators: MortarOperators) -> EdgeTies:
+        """Ties of edge nodes to the best covered of their neighbours."""
+        mesh, normals = self.mesh, operators.normals.n
+        kappa, slope = edge_compliance(operators.coverage, self.law.c)
+        at = np.flatnonzero((kappa > 0.0) & mesh.has_multiplier)
+        around = mesh.neighbours[at]
+        coverage = np.where(mesh.has_multiplier, operators.coverage, -1.0)[around]
+        coverage[around < 0] = -1.0
+        best = np.argmax(coverage, axis=1) if len(at) else at
+        tied = coverage[np.arange(len(at)), best] > 0.0
+        nodes, neighbours = at[tied], around[np.arange(len(at)), best][tied]
+        acts = np.zeros(mesh.n_nonmortar, bool)
+        acts[nodes] = True
+        turns = transports(normals[neighbours], normals[nodes])
+        return EdgeTies(nodes, neighbours, turns, kappa * acts, slope * acts)
+
+
+def _parts(multiplier: Floats, normals: Floats) -> Multiplier:
+    """Pressure and traction of multipliers."""
+    pressure = np.einsum("ji,ji->j", multiplier, normals)
+    return Multiplier(multiplier, pressure, tangential(multiplier, normals))
+=======
         t = np.zeros(len(rim)) if history.traction is None else history.traction
         return np.asarray(t - t[rim])
 
@@ -255,3 +456,4 @@ def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Float
         np.einsum("ji,ji->j", multiplier, normals.n),
         np.einsum("ji,ji->j", multiplier, normals.tangent),
     )
+>>>>>>> main
