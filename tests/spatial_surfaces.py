@@ -1,9 +1,10 @@
 """Facets in space to test with: pairs that overlap at random, and grids."""
 
 import numpy as np
+import scipy.sparse as sp
 
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.mortar.polygon_operators import covered
+from contactfem.mortar.polygon_operators import assemble_polygons, covered
 from contactfem.mortar.polygons import find_facet_pairs, intersect
 
 
@@ -61,3 +62,12 @@ def two_grids(na, ka, nb, kb, turn=0.3, size=1.5, height=0.0, basis="dual"):
 def polygons_of(mesh, x, radius=3.0):
     chosen = np.arange(len(mesh.nonmortar))
     return covered(mesh, x, intersect(mesh, x, find_facet_pairs(mesh, x, chosen, radius)))
+
+
+def operators_of(mesh, polygons):
+    """D and M without what nodes that have no multiplier make of them."""
+    entries = assemble_polygons(mesh, polygons)
+    nodes, values = entries.D
+    rows, columns, shares = entries.M
+    M = sp.csr_matrix((shares, (rows, columns)), (mesh.n_nonmortar, mesh.n_nodes))
+    return np.bincount(nodes, values, mesh.n_nonmortar), M

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh, averaged_normals
+from contactfem.mortar.spatial_normals import averaged_normals as spatial_normals
 
 
 @dataclass(frozen=True)
@@ -16,9 +17,10 @@ class NormalField:
     """Nodal unit normals of the nonmortar surface and their derivative.
 
     Attributes:
-        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
-        around: Previous node, the node itself and next node, itself at an end, (n_nonmortar, 3).
-        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, 2, 3, 2).
+        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, dim).
+        around: Nodes that they depend on, (n_nonmortar, w): in the plane the previous node, the
+            node itself and the next one, itself at an end; in space itself and its neighbours.
+        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, dim, w, dim).
         n_nodes: Nodes of both surfaces.
     """
 
@@ -29,8 +31,10 @@ class NormalField:
 
     @cached_property
     def derivative(self) -> sp.csr_matrix:
-        """dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes)."""
-        return block_rows(self.blocks.reshape(-1, 2, 6), self.around, 2 * self.n_nodes)
+        """dn/dx [1/m], shape (dim n_nonmortar, dim n_nodes)."""
+        n, dim, width, _ = self.blocks.shape
+        rows = self.blocks.reshape(n, dim, width * dim)
+        return block_rows(rows, self.around, dim * self.n_nodes)
 
     @property
     def tangent(self) -> Floats:
@@ -49,11 +53,13 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
 
     Args:
         mesh: The interface.
-        x: Current positions [m], shape (n_nodes, 2).
+        x: Current positions [m], shape (n_nodes, dim).
 
     Returns:
         The normal field.
     """
+    if mesh.dim == 3:
+        return _spatial_field(mesh, x)
     n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
     free = mesh.free[: mesh.n_nonmortar]
     held = mesh.has_multiplier & ~free.all(1)
@@ -63,6 +69,15 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
     around = np.column_stack((sides[:, 0], own, sides[:, 1]))
     return NormalField(n, around, blocks, mesh.n_nodes)
+
+
+def _spatial_field(mesh: InterfaceMesh, x: Floats) -> NormalField:
+    """As `nodal_normals` of a surface in space."""
+    free, own = mesh.free[: mesh.n_nonmortar], np.arange(mesh.n_nonmortar)
+    free = free | ~mesh.has_multiplier[:, None]
+    n, blocks, _ = spatial_normals(mesh.nonmortar, x, free, mesh.neighbours)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    return NormalField(n, np.column_stack((own, sides)), blocks, mesh.n_nodes)
 
 
 def _averaged_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:

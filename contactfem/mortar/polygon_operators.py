@@ -21,28 +21,41 @@ class Entries:
     """Entries of D and M; repeated ones add up. With dual functions always Σ_l M_jl = D_jj.
 
     Attributes:
-        D: D_jj = ∫ Φ_j [m²], (n_nonmortar,).
+        D: Nodes and values of D_jj = ∫ Φ_j [m²].
         M: Rows, columns and values of M_jl = ∫ Φ_j (N_l∘P) [m²]; of standard functions also, with
             the sign of mortar entries, D_jj δ_jk - ∫ Φ_j N_k of nonmortar nodes k.
     """
 
-    D: Floats
+    D: tuple[Ints, Floats]
     M: Triplets
 
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives by the positions, columns dim per node; the ranks' parts add up.
+    """Derivatives by the positions, columns 3 per node; the ranks' parts add up.
 
     Attributes:
-        D: Of D_jj, (n_nonmortar, dim n_nodes).
-        jump: Of the weighted jumps v_j = Σ_l M_jl (x_l - x_j), rows dim per nonmortar node.
-        force: Of Σ_j M_jl λ_j at fixed λ, rows dim per node.
+        rows: Those of D, of the jumps and of the forces, one below the other.
+        n_nonmortar: Number of nonmortar nodes.
     """
 
-    D: Sparse
-    jump: Sparse
-    force: Sparse
+    rows: Sparse
+    n_nonmortar: int
+
+    @property
+    def D(self) -> Sparse:
+        """Of D_jj, (n_nonmortar, 3 n_nodes)."""
+        return self.rows.part(0, self.n_nonmortar)
+
+    @property
+    def jump(self) -> Sparse:
+        """Of the weighted jumps v_j = Σ_l M_jl (x_l - x_j), rows 3 per nonmortar node."""
+        return self.rows.part(self.n_nonmortar, 4 * self.n_nonmortar)
+
+    @property
+    def force(self) -> Sparse:
+        """Of Σ_j M_jl λ_j at fixed λ, rows 3 per node."""
+        return self.rows.part(4 * self.n_nonmortar, self.rows.height)
 
 
 def covered(mesh: InterfaceMesh, x: Floats, polygons: Polygons) -> Polygons:
@@ -80,7 +93,7 @@ def assemble_polygons(mesh: InterfaceMesh, polygons: Polygons) -> Entries:
     """
     facets, e, mass, basis = _on_facets(mesh, polygons)
     nodes = mesh.nonmortar[facets]
-    D = np.bincount(nodes.ravel(), mass.sum(axis=2).ravel(), mesh.n_nonmortar).astype(np.float64)
+    D = nodes.ravel(), mass.sum(axis=2).ravel()
     parts = [
         (
             mesh.nonmortar[polygons.facets[:, 0]],
@@ -129,8 +142,7 @@ def differentiate_polygons(
     gather = Sparse.of_triplets(
         (number, each, np.ones(len(each))), (4 * n + 3 * n_nodes, len(each))
     )
-    total = gather @ rows
-    return Derivatives(total.part(0, n), total.part(n, 4 * n), total.part(4 * n, total.height))
+    return Derivatives(gather @ rows, n)
 
 
 def _rows(

@@ -4,22 +4,19 @@ import itertools
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
-from spatial_surfaces import grid, mesh_of, polygons_of, two_grids
+from spatial_surfaces import grid, mesh_of, operators_of, polygons_of, two_grids
 
 from contactfem.mortar import polygon_operators
 from contactfem.mortar.facet_areas import areas, full_areas, full_areas_derivative
 from contactfem.mortar.polygon_basis import facet_basis
-from contactfem.mortar.polygon_operators import assemble_polygons, differentiate_polygons
+from contactfem.mortar.polygon_operators import differentiate_polygons
 
 PAIRINGS = list(itertools.product((3, 4), (3, 4)))
 
 
 def operators(mesh, x, radius=0.3):
-    entries = assemble_polygons(mesh, polygons_of(mesh, x, radius))
-    rows, columns, values = entries.M
-    return entries.D, sp.csr_matrix((values, (rows, columns)), (mesh.n_nonmortar, mesh.n_nodes))
+    return operators_of(mesh, polygons_of(mesh, x, radius))
 
 
 def bent(X):
