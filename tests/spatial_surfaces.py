@@ -71,3 +71,8 @@ def operators_of(mesh, polygons):
     rows, columns, shares = entries.M
     M = sp.csr_matrix((shares, (rows, columns)), (mesh.n_nonmortar, mesh.n_nodes))
     return np.bincount(nodes, values, mesh.n_nonmortar), M
+
+
+def neighbours(facets, n):
+    """What an `InterfaceMesh` says of one surface alone."""
+    return mesh_of(n, facets, np.empty((0, 4), np.int64), np.zeros((n, 3))).neighbours

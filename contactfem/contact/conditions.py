@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Contact of one interface: which conditions hold at the nonmortar nodes, and their residuals."""
-=======
-"""Contact conditions at the nonmortar nodes of one interface."""
->>>>>>> main
 
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +6,6 @@ import numpy as np
 
 from mpi4py import MPI
 
-<<<<<<< HEAD
 from contactfem.common.typing import Floats
 from contactfem.contact.slip import Motion, relative_motion, tangential, transported, transports
 from contactfem.contact.state import (
@@ -35,23 +30,6 @@ from contactfem.laws.edge_stabilisation import edge_compliance
 from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
-=======
-from contactfem.common.typing import Floats, Ints
-from contactfem.contact.slip import Motion, motion
-from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
-from contactfem.laws.active_set import ActiveSet, Status
-from contactfem.laws.complementarity import Regularisation, stick_or_slip, trial
-from contactfem.laws.edge_stabilisation import edge_compliance
-from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
-from contactfem.mortar.interface_mesh import (
-    InterfaceMesh,
-    full_lengths,
-    half_lengths,
-)
-from contactfem.mortar.normals import NormalField, nodal_normals
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
-from contactfem.mortar.segments import cut, find_pairs
->>>>>>> main
 
 
 @dataclass(frozen=True)
@@ -86,7 +64,6 @@ class ContactLaw:
         return self.friction is not frictionless
 
 
-<<<<<<< HEAD
 @dataclass(frozen=True)
 class _Regularised:
     """What multipliers are tied to at one state: estimates p̂, t̂ and, at edge nodes, neighbours.
@@ -100,8 +77,6 @@ class _Regularised:
     tangential: tuple[Regularisation, Regularisation]
 
 
-=======
->>>>>>> main
 class Contact:
     """One interface: evaluates the contact conditions.
 
@@ -119,7 +94,6 @@ class Contact:
         self.my_facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
 
     def operators(self, x: Floats) -> MortarOperators:
-<<<<<<< HEAD
         """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
         return mortar_operators(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
 
@@ -131,30 +105,6 @@ class Contact:
         start: ActiveSet | None = None,
     ) -> ContactState:
         """Active set of the nodes from their trial multipliers, and what the conditions leave over.
-=======
-        """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
-        mesh, n = self.mesh, self.mesh.n_nonmortar
-        normals = nodal_normals(mesh, x)
-        pairs = find_pairs(mesh, x, normals.n, self.my_facets, self.law.search_radius)
-        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
-        mine = assemble(mesh, x, segments, normals)
-        row, col, value = (
-            np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
-            for part in (mine.row, mine.col, mine.value)
-        )
-        D: Floats = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n).astype(np.float64)
-        weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
-        at = col >= 0
-        M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
-        gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
-        full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return MortarOperators(x, normals, D, M, gap, full, length, segments, mesh)
-
-    def conditions(
-        self, operators: MortarOperators, multiplier: Floats, history: ContactHistory
-    ) -> ContactState:
-        """Status of every node from its trial state, and the residuals of the conditions.
->>>>>>> main
 
         Args:
             operators: At the current positions.
@@ -197,7 +147,6 @@ class Contact:
         tied = self._regularised(operators, parts, history, edge)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
-<<<<<<< HEAD
         trial = trial_multiplier(parts.pressure, -gap, law.c_n * law.c, tied.normal)
         p_trial = np.where(seen, trial, 0.0)
         t_trial = trial_multiplier(parts.traction, motion.slip, law.c_t * law.c, tied.tangential)
@@ -212,38 +161,9 @@ class Contact:
 
     def _allowed(self, found: ActiveSet, motion: Motion, edge: EdgeTies) -> ActiveSet:
         """The active set of nodes that have a multiplier, with a direction where they slip.
-=======
-        moved = relative_motion(operators, history)
-        slip = moved.slip
-        estimate = self._estimates(history)
-        normal = Regularisation(law.normal_compliance, estimate[0]), Regularisation(kappa, p[rim])
-        before = self._before(history, rim)
-        tangential = (
-            Regularisation(law.tangential_compliance, estimate[1]),
-            Regularisation(kappa, t[rim] + before),
-        )
-        p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
-        t_trial = trial(t, slip, law.c_t * law.c, tangential)
-        limit = law.friction(self._slip_state(p_trial, slip, history)).value
-        found = stick_or_slip(p_trial, t_trial, limit, law.has_friction)
-        status = np.where(self.mesh.has_multiplier, found.status, Status.NONE).astype(np.int8)
-        return self._rows(
-            operators, history, multiplier, moved, status, found.direction, (rim, kappa, slope),
-        )  # fmt: skip
-
-    def imposed(
-        self,
-        operators: MortarOperators,
-        multiplier: Floats,
-        history: ContactHistory,
-        start: ActiveSet,
-    ) -> ContactState:
-        """As `conditions`, with a given status instead of the trial one.
->>>>>>> main
 
         A node that was not covered before this step has no slip: it follows its neighbour.
         """
-<<<<<<< HEAD
         status = np.where(self.mesh.has_multiplier, found.status, Status.NONE)
         direction = np.where((status == Status.SLIP)[:, None], found.direction, 0.0)
         new = (status > Status.OPEN) & ~motion.known
@@ -291,51 +211,6 @@ class Contact:
             turning=np.where(found.status == Status.SLIP, turning, 0.0),
         )
 
-=======
-        moved = relative_motion(operators, history)
-        status = np.where(operators.D > 0.0, start.status, Status.OPEN)
-        status = np.where(self.mesh.has_multiplier, status, Status.NONE).astype(np.int8)
-        direction = np.where(status == Status.SLIP, start.direction, 0.0)
-        return self._rows(
-            operators, history, multiplier, moved, status, direction, self._rim(operators)
-        )
-
-    def _rows(
-        self,
-        operators: MortarOperators,
-        history: ContactHistory,
-        multiplier: Floats,
-        moved: Motion,
-        status: NDArray[np.int8],
-        direction: Floats,
-        rim_rule: tuple[Ints, Floats, Floats],
-    ) -> ContactState:
-        """Residuals of the conditions that belong to a status."""
-        (rim, kappa, slope), slip = rim_rule, moved.slip
-        # A node that was not covered before this step has no slip: it follows its neighbour.
-        new = (status > Status.OPEN) & ~moved.seen
-        status = np.where(new, Status.SLIP, status).astype(np.int8)
-        direction = np.where(new, direction[rim], direction)
-        active = status > Status.OPEN
-        multiplier = np.where(active[:, None], multiplier, 0.0)
-        p, t = _components(multiplier, operators.normals)
-        gap = np.where(active, operators.gap, 0.0)
-        estimate = self._estimates(history)
-        elastic = self.law.tangential_compliance * (t - estimate[1])
-        normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
-        edge_traction = t - t[rim] - self._before(history, rim)
-        stick_row = slip - kappa * edge_traction - elastic
-        limit = self.law.friction(self._slip_state(p, slip, history))
-        slip_row = t - direction * limit.value
-        tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
-        return ContactState(
-            operators, history, multiplier, p, t, moved, np.where(active, slip, 0.0),
-            np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
-            edge_traction,
-            np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
-        )  # fmt: skip
-
->>>>>>> main
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
@@ -360,7 +235,6 @@ class Contact:
         traction = transported(c.multiplier.traction, c.operators.normals.n, c.history.normals)
         return replace(c.history, pressure=c.multiplier.pressure, traction=traction)
 
-<<<<<<< HEAD
     def _regularised(
         self,
         operators: MortarOperators,
@@ -369,16 +243,10 @@ class Contact:
         edge: EdgeTies,
     ) -> _Regularised:
         """Compliances and targets: of a penalty or an augmented law, and of edge nodes.
-=======
-    @staticmethod
-    def _before(history: ContactHistory, rim: Ints) -> Floats:
-        """t_j - t_k at the start of the step [Pa].
->>>>>>> main
 
         Slip is an increment of the step, so edge nodes are tied by the change of the traction since
         its start as well: under a constant load they would creep otherwise.
         """
-<<<<<<< HEAD
         law, p, t = self.law, parts.pressure, parts.traction
         estimate = np.zeros_like(p)
         if law.augmented and history.pressure is not None:
@@ -419,41 +287,3 @@ def _parts(multiplier: Floats, normals: Floats) -> Multiplier:
     """Pressure and traction of multipliers."""
     pressure = np.einsum("ji,ji->j", multiplier, normals)
     return Multiplier(multiplier, pressure, tangential(multiplier, normals))
-=======
-        t = np.zeros(len(rim)) if history.traction is None else history.traction
-        return np.asarray(t - t[rim])
-
-    def _estimates(self, history: ContactHistory) -> tuple[Floats, Floats]:
-        """Values that compliances tie to: p̂, zero unless augmented, and t̂ [Pa]."""
-        zero = np.zeros(self.mesh.n_nonmortar)
-        pressure = history.pressure if self.law.augmented else None
-        return (
-            zero if pressure is None else pressure,
-            zero if history.traction is None else history.traction,
-        )
-
-    def _rim(self, operators: MortarOperators) -> tuple[Ints, Floats, Floats]:
-        """Rim rule: the better covered neighbour of every node, κ and dκ/df."""
-        kappa, slope = edge_compliance(operators.coverage, self.law.c)
-        own = np.arange(self.mesh.n_nonmortar)
-        nodes = np.where(self.mesh.neighbours < 0, own[:, None], self.mesh.neighbours)
-        coverage = np.where(self.mesh.has_multiplier, operators.coverage, -1.0)[nodes]
-        coverage[nodes == own[:, None]] = -1.0
-        best = np.argmax(coverage, 1)
-        acts = (kappa > 0.0) & (coverage[own, best] > 0.0) & self.mesh.has_multiplier
-        return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
-
-
-def relative_motion(operators: MortarOperators, history: ContactHistory) -> Motion:
-    """Relative motion of the two sides from the start of the step to where operators are."""
-    before = history.D, history.M
-    return motion(operators.x, operators.normals.tangent, operators.M, before)
-
-
-def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Floats]:
-    """Pressure λ·n and traction λ·τ [Pa]."""
-    return (
-        np.einsum("ji,ji->j", multiplier, normals.n),
-        np.einsum("ji,ji->j", multiplier, normals.tangent),
-    )
->>>>>>> main

@@ -2,27 +2,15 @@
 
 import numpy as np
 
-<<<<<<< HEAD
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mortar.mortar_operators import MortarOperators
-=======
-from contactfem.common.typing import Bools, Floats
-from contactfem.laws.active_set import ActiveSet, Status
->>>>>>> main
 
 TOUCH = 1e-9  # gap over facet size at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-<<<<<<< HEAD
 def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> ActiveSet | None:
     """Active set that a first contact starts from: some nodes stick for one iteration.
-=======
-def initial_active_set(
-    gap: Floats, size: Floats, seen: Bools, held_by_contact: bool
-) -> ActiveSet | None:
-    """Status that a first contact starts from: some nodes stick for one iteration.
->>>>>>> main
 
     Args:
         operators: At the positions where the step starts.
@@ -41,8 +29,4 @@ def initial_active_set(
     if not stick.any():
         return None
     status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
-<<<<<<< HEAD
     return ActiveSet(status, np.zeros((len(gap), operators.mesh.dim)))
-=======
-    return ActiveSet(status, np.zeros(len(gap)))
->>>>>>> main

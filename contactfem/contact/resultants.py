@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Balance of the forces and moments on the two sides of an interface."""
-=======
-"""Resultant force and moment of the contact forces."""
->>>>>>> main
 
 import numpy as np
 

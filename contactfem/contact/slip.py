@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Slip: objective relative motion of the two sides since the start of a step (3)."""
-=======
-"""Objective slip increment of a step (3)."""
->>>>>>> main
 
 from dataclasses import dataclass
 
@@ -10,13 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from contactfem.common.typing import Bools, Floats
-<<<<<<< HEAD
 from contactfem.mortar.sparse import Sparse
 
 OPPOSITE = 1e-12  # sum of two unit normals below which no shortest turn leads from one to the other
-=======
-from contactfem.mortar.sparse import Sparse, Triplets
->>>>>>> main
 
 
 @dataclass(frozen=True)

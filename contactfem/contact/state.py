@@ -9,20 +9,11 @@ from numpy.typing import NDArray
 
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.slip import Motion
-<<<<<<< HEAD
 from contactfem.laws.active_set import ActiveSet
 from contactfem.laws.friction import FrictionBound
 from contactfem.mortar.mortar_operators import MortarOperators
 
 BARELY = 1e-3  # coverage below which λ_j = -R_j / D_jj has lost its digits
-=======
-from contactfem.laws.active_set import Status
-from contactfem.laws.friction import FrictionBound
-from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths
-from contactfem.mortar.normals import NormalField
-from contactfem.mortar.segments import Segments
-from contactfem.mortar.sparse import Sparse
->>>>>>> main
 
 
 @dataclass(frozen=True)
@@ -30,29 +21,19 @@ class ContactHistory:
     """What a step starts from.
 
     Attributes:
-<<<<<<< HEAD
         D: D⁰_jj at its start, (n,).
         M: M⁰_jl at its start, (n, n_nodes).
         normals: Unit normals at its start, that the traction is tangential to, (n, dim).
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
         traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n, dim);
             None for zero.
-=======
-        D: D⁰_jj at its start [m], (n,).
-        M: M⁰_jl at its start [m], (n, n_nodes).
-        pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
-        traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n,).
->>>>>>> main
         dt: Length of the step, for the slip speed [s].
         temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
     """
 
     D: Floats
     M: sp.csr_matrix
-<<<<<<< HEAD
     normals: Floats
-=======
->>>>>>> main
     pressure: Floats | None = None
     traction: Floats | None = None
     dt: float = 1.0
@@ -60,7 +41,6 @@ class ContactHistory:
 
 
 @dataclass(frozen=True)
-<<<<<<< HEAD
 class Multiplier:
     """Contact traction λ_j as equilibrium or the unknowns give it, zero where open.
 
@@ -118,52 +98,10 @@ class Residuals:
 
     normal: Floats
     tangential: Floats
-=======
-class MortarOperators:
-    """Mortar operators at one configuration, the same on all ranks.
-
-    Attributes:
-        x: Positions [m], (n_nodes, 2).
-        normals: Normal field of the nonmortar side.
-        D: D_jj [m], (n,).
-        M: M_jl [m], (n, n_nodes).
-        gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
-        full: D_jj of wholly covered facets [m], (n,).
-        length: Half the length of the facets at each node [m], (n,): `full` without an axis.
-        segments: This rank's segments.
-        mesh: The two surfaces.
-    """
-
-    x: Floats
-    normals: NormalField
-    D: Floats
-    M: sp.csr_matrix
-    gap: Floats
-    full: Floats
-    length: Floats
-    segments: Segments
-    mesh: InterfaceMesh
-
-    @cached_property
-    def full_derivative(self) -> Sparse:
-        """D full / dx [-], (n, 2 n_nodes)."""
-        return facet_lengths(self.mesh, self.x)[1]
-
-    @property
-    def coverage(self) -> Floats:
-        """Covered share f of each node's facets [-]."""
-        return self.D / self.full
-
-    @property
-    def depth(self) -> Floats:
-        """What a length of facet stands for at each node [m]: 1, or about the circumference."""
-        return self.full / self.length
->>>>>>> main
 
 
 @dataclass(frozen=True)
 class ContactState:
-<<<<<<< HEAD
     """Contact at one configuration, the same on all ranks; n nonmortar nodes.
 
     Attributes:
@@ -178,33 +116,10 @@ class ContactState:
         residuals: Of the conditions.
         bound: Largest traction and its derivatives, (n,) each.
         turning: Share ε of the change of t* across the slip direction that turns it [-], (n,).
-=======
-    """Contact conditions at one state, the same on all ranks; n nonmortar nodes.
-
-    Attributes:
-        operators: Where they were evaluated.
-        history: Operators at the start of the step.
-        multiplier: λ_j, zero where open [Pa], (n, 2).
-        pressure: p_j [Pa], (n,).
-        traction: t_j [Pa], (n,).
-        motion: Of the two sides since the start of the step, of all nodes.
-        slip: Slip increment of the step [m], (n,).
-        plastic_slip: The part of it that dissipates [m], (n,).
-        status: `Status` of each node, (n,).
-        direction: Slip direction (-1, 0, 1), (n,).
-        rim: Neighbour that the rim rule ties to, itself where it does not act, (n,).
-        kappa: Rim compliance [m/Pa], (n,).
-        kappa_slope: dκ/df [m/Pa], (n,).
-        rim_traction: Change of t_j - t_k since the start of the step [Pa], (n,).
-        normal_row: Residual of the normal condition [m], (n,).
-        tangential_row: Residual of the tangential condition: stick [m], slip [Pa], (n,).
-        limit: Largest traction and its derivatives, (n,) each.
->>>>>>> main
     """
 
     operators: MortarOperators
     history: ContactHistory
-<<<<<<< HEAD
     multiplier: Multiplier
     active_set: ActiveSet
     motion: Motion
@@ -277,31 +192,3 @@ class ContactState:
         op = self.operators
         pressure, traction = self.multiplier.pressure, self.multiplier.traction
         return ContactHistory(op.D, op.M, op.normals.n, pressure, traction)
-=======
-    multiplier: Floats
-    pressure: Floats
-    traction: Floats
-    motion: Motion
-    slip: Floats
-    plastic_slip: Floats
-    status: NDArray[np.int8]
-    direction: Floats
-    rim: Ints
-    kappa: Floats
-    kappa_slope: Floats
-    edge_traction: Floats
-    normal_row: Floats
-    tangential_row: Floats
-    limit: FrictionBound
-
-    @property
-    def active(self) -> Bools:
-        """Nodes in contact, (n,)."""
-        return np.asarray(self.status > Status.OPEN)
-
-    def nodal_forces(self) -> Floats:
-        """Forces on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j) [N/m], (n_nodes, 2)."""
-        force = -(self.operators.M.T @ self.multiplier)
-        force[: len(self.multiplier)] += self.operators.D[:, None] * self.multiplier
-        return np.asarray(force)
->>>>>>> main

@@ -1,4 +1,3 @@
-<<<<<<< HEAD
 """Exact tangent of the contact conditions and of the contact forces of one interface.
 
 Conditions stand as rows of forces, α_n n_j C_n + α_t C_t with the normal condition C_n and the
@@ -6,9 +5,6 @@ tangential one C_t, dim rows per node, and so do their derivatives, α_n n_j dC_
 dC_t. What is left out of the latter is a multiple of C_n and C_t, which vanish: Newton's method
 stays quadratic, and in two dimensions it is that of the conditions along n and τ to the last digit.
 """
-=======
-"""Exact tangent of contact conditions and contact forces."""
->>>>>>> main
 
 from dataclasses import dataclass
 
@@ -18,15 +14,9 @@ from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Contact
 from contactfem.contact.state import ContactState
 from contactfem.laws.active_set import Status
-<<<<<<< HEAD
 from contactfem.laws.complementarity import unit
 from contactfem.mortar.mortar_operators import Weights, on_blocks
 from contactfem.mortar.normals import NormalField
-=======
-from contactfem.mortar.normals import NormalField
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
-from contactfem.mortar.segments import differentiated
->>>>>>> main
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 
 ROUND_OFF = 1e-12  # entry of 1 - n nᵀ - d dᵀ that is none: in two dimensions nothing is across
@@ -65,7 +55,6 @@ class Tangent:
     D_by_position: Sparse
 
 
-<<<<<<< HEAD
 def condition_rows(c: ContactState, scales: RowScales) -> Floats:
     """Conditions as forces, α_n n_j C_n + α_t C_t, (n, dim)."""
     normal = (scales.normal * c.residuals.normal)[:, None] * c.operators.normals.n
@@ -73,9 +62,6 @@ def condition_rows(c: ContactState, scales: RowScales) -> Floats:
 
 
 def linearise(contact: Contact, c: ContactState, scales: RowScales) -> Tangent:
-=======
-def linearise(contact: Contact, conditions: ContactState) -> Tangent:
->>>>>>> main
     """Differentiate the contact forces and conditions at a state.
 
     Args:
@@ -100,116 +86,12 @@ def linearise(contact: Contact, conditions: ContactState) -> Tangent:
     found = c.operators.derivative(weights)
     conditions = first + dim * n
     mine = np.arange(n) % contact.comm.size == contact.comm.rank
-<<<<<<< HEAD
-=======
-    first, size = 2 * (n_nodes + n), 3 * n + 2 * n_nodes
-    is_D = np.flatnonzero(entries.col == D_ENTRY)
-    weights = _by_entries(contact, conditions, entries)
-    weights.append((first + entries.row[is_D], is_D, np.ones(len(is_D))))
-    by_entries = Sparse.of_triplets(joined(weights), (size, len(entries.row)))
-    nodal = _by_nodes(contact, conditions, mine & conditions.active)
-    triplets = joined([(by_entries @ entries.derivative).triplets(), *nodal])
-    rows = Sparse.of_triplets(triplets, (size, 2 * n_nodes))
-    by_multiplier = _by_multiplier(contact, conditions)
-    return Tangent(by_multiplier, rows.part(0, first), rows.part(first, size))
-
-
-def _entries(contact: Contact, conditions: ContactState) -> Mortar:
-    """Differentiated operators of this rank's facets with an active node."""
-    mesh, operators = contact.mesh, conditions.operators
-    needed = np.asarray(conditions.active[mesh.nonmortar].any(axis=1))
-    chosen = needed[operators.segments.facets[:, 0]]
-    segments = differentiated(mesh, operators.x, operators.normals.n, operators.segments, chosen)
-    return assemble(mesh, operators.x, segments, operators.normals)
-
-
-def _by_multiplier(contact: Contact, c: ContactState) -> Sparse:
-    """Derivative of all rows with respect to the multipliers."""
-    n, n_nodes = contact.mesh.n_nonmortar, contact.mesh.n_nodes
-    normal, tangent = c.operators.normals.n, c.operators.normals.tangent
-    j = np.flatnonzero(c.active)
-    stick, slip = (np.flatnonzero(c.status == s) for s in (Status.STICK, Status.SLIP))
-    a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
-    first = 2 * n_nodes
-    vectors = [
-        (first + 2 * j, j, (c.kappa + a_n)[j, None] * normal[j]),
-        (first + 2 * j, c.rim[j], -c.kappa[j, None] * normal[c.rim[j]]),
-        (first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * tangent[stick]),
-        (first + 2 * stick + 1, c.rim[stick], c.kappa[stick, None] * tangent[c.rim[stick]]),
-        (first + 2 * slip + 1, slip,
-             tangent[slip] - (c.limit.by_pressure * c.direction)[slip, None] * normal[slip]),
-    ]  # fmt: skip
-    rows, nodes, values = joined(vectors)
-    triplets = [_on_components(rows, nodes, values)]
-    j, other, value = Sparse.of(c.operators.M).triplets()
-    at = c.active[j]
-    for k in (0, 1):
-        triplets.append((2 * other[at] + k, 2 * j[at] + k, -value[at]))
-    rows, cols, values = joined(triplets)
-    keep = c.active[cols // 2]
-    kept = rows[keep], cols[keep], values[keep]
-    return Sparse.of_triplets(kept, (first + 2 * n, 2 * n))
-
-
-def _by_entries(contact: Contact, c: ContactState, entries: Mortar) -> list[Triplets]:
-    """Derivative of all rows with respect to the entries of D, M and g at fixed λ and positions."""
-    n_nodes = contact.mesh.n_nodes
-    op, history = c.operators, c.history
-    j, e = entries.row, np.arange(len(entries.row))
-    first = 2 * n_nodes
-    p, t = c.pressure - c.pressure[c.rim], c.edge_traction
-    slope = c.kappa_slope / op.full
-    active, stick = c.active[j], (c.status == Status.STICK)[j]
-    is_D, is_gap, is_M = entries.col == D_ENTRY, entries.col == GAP_ENTRY, entries.col >= 0
-    D = np.where(op.D > 0.0, op.D, 1.0)
-    gap = np.where(c.active, op.gap, 0.0)
-    D0 = np.where(history.D > 0.0, history.D, 1.0)
-    triplets = []
-    at = is_D & active
-    triplets.append((first + 2 * j[at], e[at], (-gap / D + p * slope)[j[at]]))
-    at = is_D & stick
-    triplets.append((first + 2 * j[at] + 1, e[at], (-t * slope)[j[at]]))
-    at = is_gap & active
-    triplets.append((first + 2 * j[at], e[at], (1.0 / D)[j[at]]))
-    by_slip = _by_slip(c)
-    at = is_M & (by_slip != 0.0)[j]
-    reach = op.x[entries.col[at]] - op.x[j[at]]
-    along = np.einsum("ei,ei->e", op.normals.tangent[j[at]], reach)
-    triplets.append((first + 2 * j[at] + 1, e[at], along * (by_slip / D0)[j[at]]))
-    at = is_M & active
-    for k in (0, 1):
-        triplets.append((2 * entries.col[at] + k, e[at], -c.multiplier[j[at], k]))
-    return triplets
-
-
-def _by_nodes(contact: Contact, c: ContactState, mine: Bools) -> list[Triplets]:
-    """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
-    n_nodes, op = contact.mesh.n_nodes, c.operators
-    a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
-    first, rim = 2 * n_nodes, c.rim
-    j = np.flatnonzero(mine)
-    stick = np.flatnonzero(mine & (c.status == Status.STICK))
-    slip = np.flatnonzero(mine & (c.status == Status.SLIP))
-    by_slip = _by_slip(c)
-    moved = np.flatnonzero(mine & (by_slip != 0.0))
-    turned = np.column_stack((-c.multiplier[:, 1], c.multiplier[:, 0]))  # λ·dτ = turned·dn
-    through_normals = [
-        (first + 2 * j, j, (c.kappa + a_n)[j, None] * c.multiplier[j]),
-        (first + 2 * j, rim[j], -c.kappa[j, None] * c.multiplier[rim[j]]),
-        (first + 2 * stick + 1, stick, -(c.kappa + a_t)[stick, None] * turned[stick]),
-        (first + 2 * stick + 1, rim[stick], c.kappa[stick, None] * turned[rim[stick]]),
-        (first + 2 * slip + 1, slip,
-         turned[slip] - (c.limit.by_pressure * c.direction)[slip, None] * c.multiplier[slip]),
-        (first + 2 * moved + 1, moved, (by_slip[:, None] * _slip_by_normal(c))[moved]),
-    ]  # fmt: skip
->>>>>>> main
     parts = [
         found.part(0, conditions).triplets(),
         *_by_normals(c, f, first, mine),
         *_by_history(c, weights.jump, first, mine),
         *_by_full(c, change, first, mine),
     ]
-<<<<<<< HEAD
     by_position = Sparse.of_triplets(joined(parts), (conditions, first))
     return Tangent(_by_multiplier(c, f), by_position, found.part(conditions, found.height))
 
@@ -264,20 +146,9 @@ class _Factors:
             - by_speed,
             edge_pressure=-kappa[:, None] * normal[at],
             edge_traction=on_stick[at] * kappa[:, None, None] * c.edge.turns,
-=======
-    p, t = c.pressure - c.pressure[rim], c.edge_traction
-    by_full = -c.kappa_slope * op.coverage / op.full
-    if by_full.any():  # only where the rim rule acts
-        through_lengths = joined(
-            [
-                (first + 2 * j, j, (p * by_full)[j]),
-                (first + 2 * stick + 1, stick, (-t * by_full)[stick]),
-            ]
->>>>>>> main
         )
 
 
-<<<<<<< HEAD
 def _across(plane: Floats, d: Floats) -> Floats:
     """What of the tangent planes is across unit vectors, 1 - n nᵀ - d dᵀ, (n, dim, dim)."""
     across = plane - np.einsum("ji,jk->jik", d, d)
@@ -320,31 +191,6 @@ def _by_multiplier(c: ContactState, f: _Factors) -> Sparse:
     filled = values != 0.0
     kept = rows[filled], columns[filled], values[filled]
     return Sparse.of_triplets(kept, (first + dim * n, dim * n))
-=======
-def _by_slip(c: ContactState) -> Floats:
-    """Derivative of the tangential condition with respect to slip: 1 in stick, -σ db/ds in slip."""
-    seen = c.history.D > 0.0
-    by_speed = -c.direction * c.limit.by_speed * np.sign(c.slip) / c.history.dt
-    return np.where(c.status == Status.STICK, 1.0, np.where(seen & c.active, by_speed, 0.0))
-
-
-def _slip_by_normal(c: ContactState) -> Floats:
-    """D s_j / d n_j at fixed w_j: w·dτ = (-w_y, w_x)·dn, over D⁰."""
-    w = c.motion.w
-    D0 = np.where(c.history.D > 0.0, c.history.D, np.inf)
-    return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
-
-
-def _slip_by_position(contact: Contact, c: ContactState, moved: Ints) -> Triplets:
-    """Through s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰, of some nodes."""
-    chosen = np.zeros(contact.mesh.n_nonmortar, bool)
-    chosen[moved] = True
-    row, col, change = (part[chosen[c.motion.change[0]]] for part in c.motion.change)
-    tau = c.operators.normals.tangent[row]
-    value = (change * _by_slip(c)[row] / c.history.D[row])[:, None] * tau
-    rows = 2 * contact.mesh.n_nodes + 2 * row + 1
-    return _on_components(*joined([(rows, col, value), (rows, row, -value)]))
->>>>>>> main
 
 
 def _by_normals(c: ContactState, f: _Factors, first: int, mine: Bools) -> list[Triplets]:

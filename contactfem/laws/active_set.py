@@ -6,11 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-<<<<<<< HEAD
 from contactfem.common.typing import Bools, Floats
-=======
-from contactfem.common.typing import Floats
->>>>>>> main
 
 
 class Status(IntEnum):
@@ -23,7 +19,6 @@ class Status(IntEnum):
 
 
 class ActiveSet(NamedTuple):
-<<<<<<< HEAD
     """Status of every node (n,) and the unit vector that it slips along, else zero, (n, dim)."""
 
     status: NDArray[np.int8]
@@ -41,9 +36,3 @@ class ActiveSet(NamedTuple):
     def differs_from(self, other: "ActiveSet") -> Bools:
         """Nodes of another status, or that slip the other way round, (n,)."""
         return np.asarray((self.status != other.status) | self.turned_from(other))
-=======
-    """Status of every node and the direction of its slip (-1, 0, 1)."""
-
-    status: NDArray[np.int8]
-    direction: Floats
->>>>>>> main

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """Contact conditions at a node: complementarity, penalty, stick and slip (5) (6) (13).
-=======
-"""Complementarity of contact and friction (4)-(6), also regularised (13).
->>>>>>> main
 
 Arrays over nodes, pressures and gaps (n,), tractions and slips as vectors (n, dim) in the tangent
 plane. They know nothing of segments or meshes, and any dimension is as good as another.
@@ -35,29 +31,20 @@ def contact_scale(
 
 
 class Regularisation(NamedTuple):
-<<<<<<< HEAD
     """Compliance a [m/Pa], (n,), that ties a multiplier to a target v [Pa], (n,) or (n, dim).
 
     With a = 1/ε and an estimate as target it is a penalty or an augmented Lagrangian, with κ and a
     neighbour's value the edge stabilisation.
     """
-=======
-    """Compliance that ties a multiplier to a value: 1/ε to an estimate, κ to a neighbour's."""
->>>>>>> main
 
     compliance: Floats
     target: Floats
 
 
-<<<<<<< HEAD
 def trial_multiplier(
     multiplier: Floats, motion: Floats, c: Floats, regularisations: Sequence[Regularisation]
 ) -> Floats:
     """Trial multiplier λ* = (λ + Σ c a v + c m) / (1 + Σ c a); p* = p - c g without compliances.
-=======
-def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Regularisation]) -> Floats:
-    """Trial multiplier λ* = (λ + Σ c a v + c m) / (1 + Σ c a); p* = p - c g without ties.
->>>>>>> main
 
     The condition of a multiplier is m = Σ a (λ - v), m = -g for pressure and s for traction.
     λ* tells its status whatever the size of a: with a vanishing coverage (κ without bound) it
@@ -81,7 +68,6 @@ def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Regulari
     return np.asarray(value / _over(weight, multiplier))
 
 
-<<<<<<< HEAD
 def active_set(p_trial: Floats, t_trial: Floats, bound: Floats, has_friction: bool) -> ActiveSet:
     """Active set of unilateral contact (5) with friction (6): open, slip if |t*| > b, else stick.
 
@@ -92,22 +78,10 @@ def active_set(p_trial: Floats, t_trial: Floats, bound: Floats, has_friction: bo
         t_trial: t* [Pa], (n, dim).
         bound: Largest traction b at p* [Pa], (n,).
         has_friction: Without it every node in contact slips without direction.
-=======
-def stick_or_slip(p_trial: Floats, t_trial: Floats, limit: Floats, has_friction: bool) -> ActiveSet:
-    """Status of unilateral contact with friction: open, slip if |t*| > b, else stick.
-
-    Args:
-        p_trial: p* [Pa].
-        t_trial: t* [Pa].
-        limit: Largest traction b at p* [Pa].
-        has_friction: Whether there is friction; without it every node in contact slips, without
-            direction.
->>>>>>> main
 
     Returns:
         Status, and the slip direction t*/|t*|.
     """
-<<<<<<< HEAD
     size = lengths(t_trial)
     slides = size > bound if has_friction else np.ones(len(size), bool)
     status = np.where(p_trial <= 0.0, Status.OPEN, np.where(slides, Status.SLIP, Status.STICK))
@@ -170,9 +144,3 @@ def unit(vectors: Floats) -> Floats:
 def _over(factor: Floats, values: Floats) -> Floats:
     """A factor for every node, shaped to multiply values (n,) or (n, dim)."""
     return factor if values.ndim == 1 else factor[:, None]
-=======
-    slides = np.abs(t_trial) > limit if has_friction else np.ones(len(t_trial), bool)
-    status = np.where(p_trial <= 0.0, Status.OPEN, np.where(slides, Status.SLIP, Status.STICK))
-    direction = np.sign(t_trial) if has_friction else np.zeros(len(t_trial))
-    return ActiveSet(status.astype(np.int8), np.where(status == Status.SLIP, direction, 0.0))
->>>>>>> main

@@ -2,7 +2,7 @@
 
 D is diagonal, so λ_j = -R_j / D_jj (8)/(11) with R = f_int - f_ext. The forces of nonmortar nodes
 in contact move to the mortar rows, R_l + Σ_j (M_jl / D_jj) R_j, and their own rows become
-n_j C_n + τ_j C_t, the normal and tangential contact conditions, scaled to forces [N/m].
+α_n n_j C_n + α_t C_t, the normal and tangential contact conditions, scaled to forces.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
 from contactfem.contact.conditions import Contact
 from contactfem.contact.state import ContactHistory, ContactState
-from contactfem.contact.tangent import Tangent, linearise
+from contactfem.contact.tangent import RowScales, Tangent, condition_rows, linearise
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
@@ -75,12 +75,9 @@ class Condensed:
             force = interface.nodes.gather(self.bulk.array_r, self.system.numbering.first)
             covered = operators.D > 0.0
             multiplier = -force / np.where(covered, operators.D, np.inf)[:, None]
-            start = starts[k]
-            if start is None:
-                c = interface.contact.conditions(operators, multiplier, histories[k])
-            else:
-                c = interface.contact.imposed(operators, multiplier, histories[k], start)
-            result.append(c)
+            result.append(
+                interface.contact.state(operators, multiplier, histories[k], starts[k])
+            )
         for interface, c in zip(self.interfaces, result, strict=True):
             self._insert(interface, c, out)
         return result
@@ -88,16 +85,13 @@ class Condensed:
     def _insert(self, interface: Interface, c: ContactState, out: PETSc.Vec) -> None:
         """Put the rows of an interface into this rank's part of the residual."""
         unknown, n = interface.nodes.unknown, interface.nodes.mesh.n_nonmortar
-        n_row, t_row = row_scales(interface, c)
-        normals = c.operators.normals
-        rows = (n_row * c.normal_row)[:, None] * normals.n
-        rows += (t_row * c.tangential_row)[:, None] * normals.tangent
+        rows = condition_rows(c, row_scales(interface, c))
         local = unknown - self.system.numbering.first
         array = out.array
         mine = (local >= 0) & (local < len(array)) & (unknown >= 0)
         replaced = mine[:n] & c.active[:, None] & interface.nodes.mesh.free[:n]
         array[local[:n][replaced]] = rows[replaced]
-        force = -(c.operators.M.T @ c.multiplier)
+        force = -(c.operators.M.T @ c.multiplier.vector)
         np.add.at(array, local[mine], force[mine])
 
     def prepare(self, conditions: Sequence[ContactState]) -> bool:
@@ -140,7 +134,7 @@ class Condensed:
             self._fill_bulk(A, jumps)
         with self.timers.book("contact.tangent"):
             tangents = [
-                linearise(interface.contact, c)
+                linearise(interface.contact, c, row_scales(interface, c))
                 for interface, c in zip(self.interfaces, conditions, strict=True)
             ]
         with self.timers.book("contact.elimination"):
@@ -199,7 +193,7 @@ class ContactRows:
         targets: Unknown of each row; negative where there is none, (rows,).
         replaced: Unknowns of nodes in contact whose own rows of K are taken away, (m,).
         by_force: Share of the taken rows that each row gets, d/dR [-], (rows, m).
-        by_position: What is added, with respect to the positions, (rows, 2 n_nodes).
+        by_position: What is added, with respect to the positions, (rows, dim n_nodes).
     """
 
     targets: Ints
@@ -222,57 +216,39 @@ def contact_rows(interface: Interface, c: ContactState, tangent: Tangent) -> Con
         The rows; `by_position` is this rank's part.
     """
     unknown, mesh = interface.nodes.unknown, interface.nodes.mesh
-    n = mesh.n_nonmortar
-    to_rows = _to_force_rows(interface, c)
-    by_multiplier = to_rows @ tangent.by_multiplier
+    n, dim = mesh.n_nonmortar, mesh.dim
+    by_multiplier = tangent.by_multiplier
     D = np.where(c.operators.D > 0.0, c.operators.D, np.inf)
-    ratio = (c.multiplier / D[:, None]).ravel()
-    each = np.arange(2 * n + 1, dtype=np.int32)
-    by_D = Sparse(each, each[:-1] // 2, -ratio, n)
+    ratio = (c.multiplier.vector / D[:, None]).ravel()
+    each = np.arange(dim * n + 1, dtype=np.int32)
+    by_D = Sparse(each, each[:-1] // dim, -ratio, n)
     through_D = by_multiplier @ (by_D @ tangent.D_by_position)
-    by_position = joined([(to_rows @ tangent.by_position).triplets(), through_D.triplets()])
+    by_position = joined([tangent.by_position.triplets(), through_D.triplets()])
     replaced = (mesh.free[:n] & c.active[:, None]).ravel()
     flat = unknown[:n].ravel()
     row, column, value = by_multiplier.triplets()
     taken = replaced[column]
     row, column, value = row[taken], column[taken], value[taken]
-    by_force = row, (np.cumsum(replaced) - 1)[column], -value / D[column // 2]
+    by_force = row, (np.cumsum(replaced) - 1)[column], -value / D[column // dim]
     targets = np.concatenate((unknown.ravel(), np.where(replaced, flat, -1)))
     return ContactRows(targets, flat[replaced], by_force, by_position)
 
 
-def _to_force_rows(interface: Interface, c: ContactState) -> Sparse:
-    """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
-    n_row, t_row = row_scales(interface, c)
-    normals, n_nodes = c.operators.normals, len(interface.nodes.X)
-    n = len(n_row)
-    scaled = np.stack((n_row[:, None] * normals.n, t_row[:, None] * normals.tangent), axis=2)
-    forces = np.arange(2 * n_nodes)
-    pairs = np.repeat(2 * n_nodes + 2 * np.arange(n), 4).reshape(n, 2, 2) + np.arange(2)
-    values = np.concatenate((np.ones(2 * n_nodes), scaled.ravel()))
-    columns = np.concatenate((forces, pairs.ravel())).astype(np.int32)
-    starts = np.concatenate((forces, 2 * n_nodes + 2 * np.arange(2 * n + 1))).astype(np.int32)
-    return Sparse(starts, columns, values, 2 * (n_nodes + n))
-
-
-def row_scales(interface: Interface, c: ContactState) -> tuple[Floats, Floats]:
-    """Factors that make forces [N/m] (with an axis [N]) of C_n [m], and of C_t [m] or [Pa].
+def row_scales(interface: Interface, c: ContactState) -> RowScales:
+    """Factors that make forces of C_n [m], and of C_t [m] or [Pa].
 
     Lengths are scaled by the softer modulus, and down where a compliance ties to p_j = -R_j / D_jj
     with a small D_jj; tractions by D_jj. Newton's step does not depend on them.
 
     Args:
         interface: The interface.
-        c: Its conditions.
-
-    Returns:
-        Normal and tangential factors, (n_nonmortar,) each.
+        c: Its contact state.
     """
-    law = interface.contact.law
+    law, kappa = interface.contact.law, c.edge.compliance
     E, D = law.stiffness * c.operators.depth, np.where(c.operators.D > 0.0, c.operators.D, 1.0)
-    normal = E / (1.0 + (c.kappa + law.normal_compliance) * E / D)
-    stick = E / (1.0 + (c.kappa + law.tangential_compliance) * E / D)
-    return normal, np.where(c.status == Status.STICK, stick, D)
+    normal = E / (1.0 + (kappa + law.normal_compliance) * E / D)
+    stick = E / (1.0 + (kappa + law.tangential_compliance) * E / D)
+    return RowScales(normal, np.where(c.status == Status.STICK, stick, D))
 
 
 def _rows_of(A: PETSc.Mat, rows: Ints, n_cols: int) -> sp.csr_matrix:

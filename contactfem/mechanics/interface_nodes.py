@@ -37,7 +37,7 @@ class InterfaceNodes:
         )
         n = len(first.X)
         self.X = np.vstack((first.X, second.X))
-        self.unknown = np.full((len(self.X), 2), -1, np.int64)
+        self.unknown = np.full(self.X.shape, -1, np.int64)
         self._sources = [_owned(system, nonmortar, 0)]
         if isinstance(mortar, BodySide):
             self._sources.append(_owned(system, mortar, n))
@@ -60,7 +60,7 @@ class InterfaceNodes:
         return self._rigid is not None
 
     def positions(self, t: float, ramp_end: float) -> Floats:
-        """Current positions of all nodes [m], (n, 2); collective.
+        """Current positions of all nodes [m], (n, dim); collective.
 
         Args:
             t: Time, for the motion of an obstacle [s].
@@ -84,7 +84,7 @@ class InterfaceNodes:
             first: Global number of the first of them.
 
         Returns:
-            (n_nonmortar, 2) on all ranks.
+            (n_nonmortar, dim) on all ranks.
         """
         local = self.unknown[: self.mesh.n_nonmortar] - first
         mine = self.mesh.free[: self.mesh.n_nonmortar] & (local >= 0) & (local < len(values))

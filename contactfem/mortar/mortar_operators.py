@@ -85,7 +85,8 @@ class MortarOperators(ABC):
     @property
     def depth(self) -> Floats:
         """Area over size at each node, (n,): 1 in the plane, about the circumference around an axis,
-        the size in space [m]."""
+        the size in space [m].
+        """
         return self.full / self.size
 
     @property

@@ -10,7 +10,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.state import ContactState
 from contactfem.contact.tangent import linearise
-from contactfem.mechanics.condensed import Interface, contact_rows
+from contactfem.mechanics.condensed import Interface, contact_rows, row_scales
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 from contactfem.solvers.dense_elimination import Elimination, solve
 
@@ -57,7 +57,7 @@ class InterfaceSystem:
         """
         with self._timers.book("contact.tangent"):
             tangents = [
-                linearise(interface.contact, c)
+                linearise(interface.contact, c, row_scales(interface, c))
                 for interface, c in zip(self._interfaces, conditions, strict=True)
             ]
         with self._timers.book("contact.elimination"):
@@ -117,11 +117,12 @@ class InterfaceSystem:
             known = at >= 0
             touched = np.zeros(len(at), bool)
             touched[known] = result[at[known]]
-            near: Bools = np.asarray(touched.reshape(-1, 2).any(axis=1))
+            dim = interface.nodes.mesh.dim
+            near: Bools = np.asarray(touched.reshape(-1, dim).any(axis=1))
             for facets in (interface.nodes.mesh.nonmortar, interface.nodes.mesh.mortar):
                 for _ in range(MARGIN):
                     near[facets[near[facets].any(axis=1)]] = True
-            result[at[known & np.repeat(near, 2)]] = True
+            result[at[known & np.repeat(near, dim)]] = True
         return np.flatnonzero(result)
 
 

@@ -18,6 +18,7 @@ from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.saddle_point import Saddle
+from contactfem.solvers.convergence import ActiveSets
 from contactfem.solvers.choice import linear_solver
 from contactfem.solvers.diagnosis import trust_check
 from contactfem.solvers.direct import Direct
@@ -167,19 +168,18 @@ class NewtonSolver:
         for k, (interface, c) in enumerate(
             zip(self.equations.interfaces, self.conditions, strict=True)
         ):
-            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.length)
+            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.size)
             histories[k] = better or histories[k]
             improved |= better is not None
-        starts = tuple(ActiveSet(c.status, c.direction) for c in self.conditions)
+        starts = tuple(c.active_set for c in self.conditions)
         new = replace(step, histories=tuple(histories), starts=starts, known=True)
         return new if improved else None
 
     def _solve_once(self, step: StepInput) -> SolveReport:
         """One run of Newton's method."""
         self._step, self._reason = step, ""
-        self._seen: dict[bytes, int] = {}
         self._residuals: list[float] = []
-        self._statuses: list[bytes] = []
+        self._active_sets = ActiveSets()
         self.history: list[list[ContactState]] = []
         self.conditions: list[ContactState] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
@@ -241,7 +241,7 @@ class NewtonSolver:
         For one iteration more they keep the contact they had: without it the body would be free.
         """
         return {
-            k: ActiveSet(before.status, before.direction)
+            k: before.active_set
             for k, (before, now) in enumerate(zip(self.conditions, found, strict=False))
             if k in self._step.alone and before.active.any() and not now.active.any()
         }
@@ -257,10 +257,10 @@ class NewtonSolver:
             return {}
         result = {}
         for k, (before, now) in enumerate(zip(self.conditions, found, strict=False)):
-            turned = before.direction * now.direction < 0.0
+            turned = now.active_set.turned_from(before.active_set)
             if turned.any():
                 status = np.where(turned, Status.STICK, now.status).astype(np.int8)
-                result[k] = ActiveSet(status, np.where(turned, 0.0, now.direction))
+                result[k] = ActiveSet(status, np.where(turned[:, None], 0.0, now.active_set.direction))
         return result
 
     def reactions(self) -> list[float]:
@@ -279,20 +279,14 @@ class NewtonSolver:
             self._initial = norm if np.isfinite(norm) else 0.0
         scale = max(self._initial, self._forces())
         self._residuals.append(norm / scale if scale > 0.0 else 0.0)
-        status = b"".join(
-            c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
-        )
-        stands = bool(self._statuses and self._statuses[-1] == status) or (
-            its == 0 and self._step.known
-        )
+        self._active_sets.add(self.conditions)
+        stands = self._active_sets.unchanged or (its == 0 and self._step.known)
         # A node on the limit of friction or of contact may change status by round-off for ever:
         # if the residual is small with either status, both describe the same equilibrium.
         small = self._residuals[-2:]
         stands = stands or (len(small) == 2 and max(small) <= self.tolerance)
         idle = max(norm, self._forces()) <= ROUND_OFF * self._stiffness  # touches without force
         stands = bool(stands and (not self._kept or idle))
-        self._seen[status] = self._seen.get(status, 0) + 1
-        self._statuses.append(status)
         if self.linear.failure:
             self._reason = self.linear.failure
             return DIVERGED_LINEAR
@@ -317,13 +311,13 @@ class NewtonSolver:
 
     def _forces(self) -> float:
         """Size of the forces that the residual is compared with [N/m]."""
-        contact = [np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions]
+        contact = [np.linalg.norm(c.operators.D[:, None] * c.multiplier.vector) for c in self.conditions]
         support = [np.linalg.norm(r) for r in self.linear.reactions()]
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
         """Tangent with contact."""
-        residuals, settled = tuple(self._residuals), len(set(self._statuses[-2:])) == 1
+        residuals, settled = tuple(self._residuals), self._active_sets.settled
         at = Iterate(
             self.conditions, self._jumps, self._damping(), residuals, self.tolerance, settled
         )
@@ -333,9 +327,7 @@ class NewtonSolver:
 
     def _damping(self) -> float:
         """Half a step where a status set that was left comes back: it would cycle."""
-        last = self._statuses[-1]
-        left = len(self._statuses) > 1 and self._statuses[-2] != last
-        return 0.5 if left and self._seen[last] > 1 else 1.0
+        return 0.5 if self._active_sets.comes_back else 1.0
 
 
 def _stiffness(system: System) -> float:

@@ -7,7 +7,14 @@ import pytest
 import scipy.sparse as sp
 from scipy.spatial import ConvexHull
 from spatial_surfaces import (
-    facet, grid, mesh_of, one_over_three, operators_of, polygons_of, quadruple, two_grids,
+    facet,
+    grid,
+    mesh_of,
+    one_over_three,
+    operators_of,
+    polygons_of,
+    quadruple,
+    two_grids,
 )
 
 from contactfem.mortar.polygon_operators import differentiate_polygons

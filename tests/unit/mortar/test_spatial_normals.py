@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from spatial_surfaces import grid
+from spatial_surfaces import grid, neighbours
 
 from contactfem.mortar.spatial_normals import averaged_normals
-from contactfem.mortar.surface_edges import neighbours
 
 
 def normals_of(facets, x, free=None):

@@ -1,29 +1,9 @@
-"""Edges of a surface: which of its nodes are neighbours, and what these pass on."""
+"""Multipliers of nonmortar nodes that have none, from those of their neighbours."""
 
 import numpy as np
 import scipy.sparse as sp
 
 from contactfem.common.typing import Bools, Ints
-
-
-def neighbours(facets: Ints, n: int) -> Ints:
-    """Nodes at the other ends of the edges at each node.
-
-    Args:
-        facets: Facets of a surface in space (k, 4), a triangle with its last node twice.
-        n: Number of nodes.
-
-    Returns:
-        Ascending, -1 after the last, shape (n, w) for w edges at a node at most.
-    """
-    ends = np.stack((facets, np.roll(facets, -1, axis=1)), axis=2).reshape(-1, 2)
-    ends = ends[ends[:, 0] != ends[:, 1]]
-    both = np.unique(np.vstack((ends, ends[:, ::-1])), axis=0)
-    count = np.bincount(both[:, 0], minlength=n)
-    result = np.full((n, max(int(count.max(initial=0)), 1)), -1, np.int64)
-    place = np.arange(len(both)) - np.repeat(np.cumsum(count) - count, count)
-    result[both[:, 0], place] = both[:, 1]
-    return result
 
 
 def extension(around: Ints, has_multiplier: Bools) -> sp.csr_matrix:

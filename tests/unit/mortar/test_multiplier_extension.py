@@ -2,16 +2,9 @@
 
 import numpy as np
 import pytest
-from spatial_surfaces import grid
+from spatial_surfaces import grid, neighbours
 
-from contactfem.mortar.surface_edges import extension, neighbours
-
-
-def test_neighbours_of_mixed_facets():
-    """A square beside a triangle that shares an edge with it."""
-    facets = np.array([[0, 1, 2, 3], [1, 4, 2, 2]])
-    expected = [[1, 3, -1], [0, 2, 4], [1, 3, 4], [0, 2, -1], [1, 2, -1], [-1, -1, -1]]
-    np.testing.assert_array_equal(neighbours(facets, 6), expected)
+from contactfem.mortar.multiplier_extension import extension
 
 
 @pytest.mark.parametrize("kind", [3, 4])
