@@ -42,7 +42,7 @@ def test_derivative():
     rng, h = np.random.default_rng(0), 1e-4
     free = rng.random(x.shape) > 0.2
     way = rng.normal(size=x.shape)
-    n, slopes, _ = normals_of(facets, x, free)
+    _, slopes, _ = normals_of(facets, x, free)
     around = neighbours(facets, len(x))
     places = np.column_stack((np.arange(len(x)), np.maximum(around, 0)))
     found = np.einsum("jiwc,jwc->ji", slopes, way[places])
