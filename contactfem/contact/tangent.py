@@ -195,7 +195,8 @@ def _by_multiplier(c: ContactState, f: _Factors) -> Sparse:
 
 def _by_normals(c: ContactState, f: _Factors, first: int, mine: Bools) -> list[Triplets]:
     """Through the normals at fixed λ and w: dp = λ·dn, tangential part of dt = -p dn and of ds =
-    -(w·n) dn / D⁰."""
+    -(w·n) dn / D⁰.
+    """
     dim, n = c.multiplier.vector.shape[1], c.operators.normals.n
     p, vector, k = c.multiplier.pressure, c.multiplier.vector, c.edge.neighbours
     j = np.flatnonzero(mine & c.active)

@@ -122,10 +122,6 @@ def mortar_operators(
     Returns:
         The operators.
     """
-    if mesh.dim == 3:
-        from contactfem.mortar.spatial_operators import spatial_operators
-
-        return spatial_operators(comm, mesh, x, facets, radius)
     normals = nodal_normals(mesh, x)
     pairs = find_pairs(mesh, x, normals.n, facets, radius)
     segments = cut(mesh, x, normals.n, pairs, differentiate=False)

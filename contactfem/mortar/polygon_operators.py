@@ -155,7 +155,8 @@ def _rows(
     first = np.searchsorted(e, np.arange(len(facets) + 1))
     others = 4 * np.diff(first)  # at most
     height = (7 if standard else 4) * own + 3 * others
-    numbers, parts = [np.empty(0, np.int64)], []
+    numbers: list[Ints] = [np.empty(0, np.int64)]
+    parts: list[tuple[Ints, Ints, Floats]] = []
     for lo, hi in _blocks(3 * height * (own + others)):
         at = slice(first[lo], first[hi])
         number: Ints = np.empty(height[lo:hi].sum(), np.int64)

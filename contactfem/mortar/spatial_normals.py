@@ -26,25 +26,25 @@ def averaged_normals(
     """
     n, width = len(free), 1 + around.shape[1]
     total = np.zeros((n, 3))
-    slopes = np.zeros((n, 3, width, 3))
+    slopes = np.zeros((n, width, 3, 3))
     for node, after, before in corners(facets):
         a, b = x[after] - x[node], x[before] - x[node]
-        a2, b2 = ((e * e).sum(axis=1)[:, None] for e in (a, b))
+        a2, b2 = (np.einsum("ki,ki->k", e, e)[:, None] for e in (a, b))
         c = np.cross(a, b) / (a2 * b2)
         np.add.at(total, node, c)
         by_a = -_skew(b) / (a2 * b2)[..., None] - 2.0 * c[:, :, None] * (a / a2)[:, None, :]
         by_b = _skew(a) / (a2 * b2)[..., None] - 2.0 * c[:, :, None] * (b / b2)[:, None, :]
         for other, block in ((after, by_a), (before, by_b)):
-            place = 1 + np.argmax(around[node] == other[:, None], axis=1)
-            np.add.at(slopes, (node, slice(None), place), block)
-            np.add.at(slopes, (node, slice(None), 0), -block)
+            place = np.asarray(1 + np.argmax(around[node] == other[:, None], axis=1))
+            np.add.at(slopes, (node, place), block)
+            np.add.at(slopes, (node, np.zeros_like(node)), -block)
     total *= free
     length = np.sqrt(np.einsum("ji,ji->j", total, total))
     size = np.where(length > 0.0, length, 1.0)
     normals = total / size[:, None]
     plane = np.eye(3) - np.einsum("ji,jk->jik", normals, normals)
     project = plane / size[:, None, None] * free[:, None, :]
-    return normals, np.einsum("jik,jkwc->jiwc", project, slopes), length
+    return normals, np.einsum("jik,jwkc->jiwc", project, slopes), length
 
 
 def corners(facets: Ints) -> list[tuple[Ints, Ints, Ints]]:

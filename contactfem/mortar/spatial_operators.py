@@ -146,7 +146,7 @@ class SpatialOperators(MortarOperators):
     def _by_jump(self, factors: Floats, sums: int) -> list[Triplets]:
         """Derivative of the sums by the jumps of all nodes: those of k are Σ_j E_jk v_j."""
         E = self.mesh.extension.tocoo()
-        at = factors.any(axis=(1, 2))[E.col]
+        at = np.asarray(factors.any(axis=(1, 2)))[E.col]
         j, k = E.row[at].astype(np.int64), E.col[at].astype(np.int64)
         rows, columns, values = on_blocks(sums, 3, k, j, E.data[at, None, None] * factors[k])
         return [(rows, self.mesh.n_nonmortar + columns, values)]

@@ -6,9 +6,10 @@ from spatial_surfaces import grid, mesh_of, two_grids
 
 from mpi4py import MPI
 
+from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.facet_areas import full_areas
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.mortar.mortar_operators import Weights, mortar_operators
+from contactfem.mortar.mortar_operators import Weights
 from contactfem.mortar.spatial_operators import jumps
 
 RADIUS = 0.3
@@ -32,7 +33,7 @@ def partly(mesh, basis="dual"):
 def operators(mesh, x, comm=MPI.COMM_SELF):
     k = len(mesh.nonmortar)
     mine = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
-    return mortar_operators(comm, mesh, x, mine, RADIUS)
+    return operators_at(comm, mesh, x, mine, RADIUS)
 
 
 def scene(ka, kb, basis="dual"):
