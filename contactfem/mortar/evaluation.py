@@ -1,4 +1,4 @@
-"""Evaluate the mortar operators of an interface in the plane or in space."""
+"""Evaluation of mortar operators, in the plane or in space."""
 
 from mpi4py import MPI
 

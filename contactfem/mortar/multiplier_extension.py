@@ -1,4 +1,4 @@
-"""Multipliers of nonmortar nodes that have none, from those of their neighbours."""
+"""Multipliers of nodes that have none, from those of their neighbours."""
 
 import numpy as np
 import scipy.sparse as sp

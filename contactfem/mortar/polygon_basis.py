@@ -1,4 +1,4 @@
-"""The multiplier's basis on the covered part of facets in space, Φ = A N."""
+"""Basis of the multiplier on the covered part of facets in space."""
 
 from dataclasses import dataclass
 

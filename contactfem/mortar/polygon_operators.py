@@ -1,4 +1,4 @@
-"""Mortar operators D, M of surfaces in space, and what contact needs of their derivatives."""
+"""Mortar operators D, M of surfaces in space, with derivatives (7)-(11)."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Polygons: which parts of two surfaces in space see each other, and integrals over them."""
+"""Polygons: what facets of two surfaces in space share, with integrals."""
 
 from dataclasses import dataclass
 

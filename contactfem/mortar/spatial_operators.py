@@ -1,4 +1,4 @@
-"""Mortar operators of an interface in space: what contact asks of it."""
+"""Mortar operators of an interface in space, with gap and jumps (2)."""
 
 from dataclasses import dataclass
 from functools import cached_property
