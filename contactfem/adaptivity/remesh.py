@@ -25,7 +25,7 @@ from contactfem.heat.body import HeatBody
 from contactfem.heat.ringing import Increments
 from contactfem.laws.active_set import ActiveSet
 from contactfem.mechanics.body import BodyProblem
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mechanics.elements import cell_size
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers

@@ -141,9 +141,7 @@ class _Factors:
             normal=normal,
             pressure=own - c.bound.by_pressure[:, None] * by_bound,
             traction=on_slip * (plane - turn) - on_stick * compliance[:, None, None] * plane,
-            slip=on_stick * plane
-            - on_slip * (law.c_t * law.c)[:, None, None] * turn
-            - by_speed,
+            slip=on_stick * plane - on_slip * (law.c_t * law.c)[:, None, None] * turn - by_speed,
             edge_pressure=-kappa[:, None] * normal[at],
             edge_traction=on_stick[at] * kappa[:, None, None] * c.edge.turns,
         )

@@ -62,9 +62,7 @@ class State:
         """Contact status that the next step may start from, per interface; None to find it."""
         if not self.conditions:
             return self.guess or (None,) * len(self.histories)
-        return tuple(
-            c.active_set if c.active.any() else None for c in self.conditions
-        )
+        return tuple(c.active_set if c.active.any() else None for c in self.conditions)
 
     def restore(self, discretisation: Discretisation) -> None:
         """Put unknowns and displacements back to those of this state."""
@@ -93,9 +91,7 @@ class State:
         self.dt, self.t = t - self.t, t
         self.x = discretisation.system.x.array.copy()
         self.u = [body.u.x.array.copy() for body in discretisation.system.bodies]
-        self.histories = tuple(
-            c.as_history() for c in conditions
-        )
+        self.histories = tuple(c.as_history() for c in conditions)
         self.slip = [
             transported(slip, c.history.normals, c.operators.normals.n) + c.slip
             for slip, c in zip(self.slip, conditions, strict=True)

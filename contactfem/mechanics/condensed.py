@@ -15,23 +15,14 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
-from contactfem.contact.conditions import Contact
 from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.contact.tangent import RowScales, Tangent, condition_rows, linearise
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.interface_nodes import InterfaceNodes
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mechanics.sparsity import Coupling
+from contactfem.mechanics.system_matrix import SystemMatrix
 from contactfem.mortar.sparse import Sparse, Triplets, joined
-
-
-@dataclass(frozen=True)
-class Interface:
-    """One interface of the system."""
-
-    name: str
-    nodes: InterfaceNodes
-    contact: Contact
 
 
 class Condensed:
@@ -45,39 +36,27 @@ class Condensed:
 
     def __init__(self, system: System, interfaces: Sequence[Interface], timers: Timers) -> None:
         self.system, self.interfaces, self.timers = system, tuple(interfaces), timers
-        self.bulk = system.x.duplicate()
-        self.matrix: PETSc.Mat | None = None
-        self._bulk_matrix: PETSc.Mat | None = None
-        self._couplings = [Coupling(system, interface.nodes) for interface in self.interfaces]
+        self.eliminates_multipliers = True
+        couplings = [Coupling(system, interface.nodes) for interface in self.interfaces]
+        self._matrix = SystemMatrix(system, couplings)
 
     def evaluate(
         self,
         positions: Sequence[Floats],
         histories: Sequence[ContactHistory],
         starts: Sequence[ActiveSet | None],
+        bulk: PETSc.Vec,
         out: PETSc.Vec,
     ) -> list[ContactState]:
-        """Contact conditions and the condensed residual from the bulk residual; collective.
-
-        Args:
-            positions: Of the nodes of every interface [m].
-            histories: Operators at the start of the step, per interface.
-            starts: Status to start from, per interface; None for trial states.
-            out: Holds the bulk residual, receives the condensed one [N/m].
-
-        Returns:
-            The conditions of every interface.
-        """
-        out.copy(self.bulk)
+        """As said of every `ContactEquations`."""
+        bulk.copy(out)
         result = []
         for k, (interface, x) in enumerate(zip(self.interfaces, positions, strict=True)):
             operators = interface.contact.operators(x)
-            force = interface.nodes.gather(self.bulk.array_r, self.system.numbering.first)
+            force = interface.nodes.gather(bulk.array_r, self.system.numbering.first)
             covered = operators.D > 0.0
             multiplier = -force / np.where(covered, operators.D, np.inf)[:, None]
-            result.append(
-                interface.contact.state(operators, multiplier, histories[k], starts[k])
-            )
+            result.append(interface.contact.state(operators, multiplier, histories[k], starts[k]))
         for interface, c in zip(self.interfaces, result, strict=True):
             self._insert(interface, c, out)
         return result
@@ -94,53 +73,23 @@ class Condensed:
         force = -(c.operators.M.T @ c.multiplier.vector)
         np.add.at(array, local[mine], force[mine])
 
-    def prepare(self, conditions: Sequence[ContactState]) -> bool:
-        """Make room in the matrices for the present contact.
-
-        Args:
-            conditions: Of every interface.
-
-        Returns:
-            Whether the matrices are new.
-        """
-        grown = self.matrix is None
-        for coupling, c in zip(self._couplings, conditions, strict=True):
-            grown |= coupling.include(c.operators.M + c.history.M, c.active)
-        if grown:
-            pattern = self.system.pattern
-            for coupling in self._couplings:
-                pattern = pattern + coupling.pattern()
-            for old in (self.matrix, self._bulk_matrix):
-                if old is not None:
-                    old.destroy()
-            self.matrix = self.system.create_matrix(pattern)
-            self._bulk_matrix = None
-        return grown
-
-    def fill(
-        self, conditions: Sequence[ContactState], jumps: Sequence[Floats | None]
-    ) -> list[Tangent]:
-        """Assemble the condensed tangent into `matrix`; collective, after `prepare`.
-
-        Args:
-            conditions: Of every interface.
-            jumps: Jumps of prescribed motions that the bulk has not followed yet.
-
-        Returns:
-            The tangents of the interfaces.
-        """
-        A = self.tangent()
+    def linearise(
+        self, states: Sequence[ContactState], jumps: Sequence[Floats | None]
+    ) -> PETSc.Mat:
+        """As said of every `ContactEquations`."""
+        with self.timers.book("contact.pattern"):
+            A = self._matrix.with_room(states)
         with self.timers.book("assembly"):
-            self._fill_bulk(A, jumps)
+            self._matrix.fill_bulk(A, jumps)
         with self.timers.book("contact.tangent"):
             tangents = [
                 linearise(interface.contact, c, row_scales(interface, c))
-                for interface, c in zip(self.interfaces, conditions, strict=True)
+                for interface, c in zip(self.interfaces, states, strict=True)
             ]
         with self.timers.book("contact.elimination"):
             parts = [
                 self._rows(A, interface, c, tangent)
-                for interface, c, tangent in zip(self.interfaces, conditions, tangents, strict=True)
+                for interface, c, tangent in zip(self.interfaces, states, tangents, strict=True)
             ]
             cleared = [p[0] for p in parts] or [np.empty(0, np.int64)]
             A.zeroRows(np.concatenate(cleared).astype(np.int32), diag=0.0)
@@ -148,23 +97,7 @@ class Condensed:
                 csr = (values.indptr.astype(np.int32), values.indices.astype(np.int32))
                 A.setValuesIJV(*csr, values.data, addv=True, rowmap=rows.astype(np.int32))
             A.assemble()
-        return tangents
-
-    def tangent(self) -> PETSc.Mat:
-        """The matrix that `prepare` made room in."""
-        if self.matrix is None:
-            raise RuntimeError("prepare comes before the tangent")
-        return self.matrix
-
-    def _fill_bulk(self, A: PETSc.Mat, jumps: Sequence[Floats | None]) -> None:
-        """Bulk tangent; where it does not depend on the state it is assembled once."""
-        if not self.system.is_linear:
-            self.system.assemble(A, jumps)
-            return
-        if self._bulk_matrix is None:
-            self._bulk_matrix = A.duplicate()
-            self.system.assemble(self._bulk_matrix, jumps)
-        self._bulk_matrix.copy(A, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        return A
 
     def _rows(
         self, A: PETSc.Mat, interface: Interface, c: ContactState, tangent: Tangent

@@ -10,9 +10,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from contactfem.common.typing import Floats
-from contactfem.mortar.mortar_operators import LineOperators
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
+from contactfem.mortar.mortar_operators import LineOperators
 from contactfem.mortar.operators import basis
 
 

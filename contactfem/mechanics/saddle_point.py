@@ -20,12 +20,13 @@ from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.contact.tangent import RowScales, Tangent, condition_rows, linearise
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.condensed import Condensed, Interface
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mechanics.sparsity import Coupling, block_pattern
+from contactfem.mechanics.system_matrix import SystemMatrix
 
 
-class Saddle(Condensed):
-    """The saddle-point system of one load step; used as the condensed one is.
+class Saddle:
+    """The saddle-point system of one load step.
 
     Args:
         system: The bodies, with two multipliers per nonmortar node of every interface.
@@ -34,35 +35,28 @@ class Saddle(Condensed):
     """
 
     def __init__(self, system: System, interfaces: Sequence[Interface], timers: Timers) -> None:
-        super().__init__(system, interfaces, timers)
+        self.system, self.interfaces, self.timers = system, tuple(interfaces), timers
+        self.eliminates_multipliers = False
         counts = [interface.nodes.mesh.n_nonmortar for interface in self.interfaces]
         self._nodes = np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
         numbers = system.numbering.multipliers.reshape(-1, system.dim)
         self._numbers = [numbers[nodes] for nodes in self._nodes]
-        self._couplings = [
+        couplings = [
             _KeptCoupling(system, interface, numbers)
             for interface, numbers in zip(self.interfaces, self._numbers, strict=True)
         ]
+        self._matrix = SystemMatrix(system, couplings)
 
     def evaluate(
         self,
         positions: Sequence[Floats],
         histories: Sequence[ContactHistory],
         starts: Sequence[ActiveSet | None],
+        bulk: PETSc.Vec,
         out: PETSc.Vec,
     ) -> list[ContactState]:
-        """Contact conditions of the system's multipliers, and the residual; collective.
-
-        Args:
-            positions: Of the nodes of every interface [m].
-            histories: Operators at the start of the step, per interface.
-            starts: Status to start from, per interface; None for trial states.
-            out: Holds the bulk residual, receives the whole one [N/m].
-
-        Returns:
-            The conditions of every interface.
-        """
-        out.copy(self.bulk)
+        """As said of every `ContactEquations`, with the system's multipliers."""
+        bulk.copy(out)
         result = []
         unknowns = self.system.multipliers.reshape(-1, self.system.dim)
         for k, (interface, x) in enumerate(zip(self.interfaces, positions, strict=True)):
@@ -88,31 +82,22 @@ class Saddle(Condensed):
             mine = (numbers >= 0) & (local >= 0) & (local < self.system.numbering.n_local)
             np.add.at(out.array, local[mine], values[mine])
 
-    def fill(
-        self, conditions: Sequence[ContactState], jumps: Sequence[Floats | None]
-    ) -> list[Tangent]:
-        """Assemble the tangent into `matrix`; collective, after `prepare`.
-
-        Args:
-            conditions: Of every interface.
-            jumps: Jumps of prescribed motions that the bulk has not followed yet.
-
-        Returns:
-            The tangents of the interfaces.
-        """
-        A = self.tangent()
+    def linearise(
+        self, states: Sequence[ContactState], jumps: Sequence[Floats | None]
+    ) -> PETSc.Mat:
+        """As said of every `ContactEquations`."""
+        with self.timers.book("contact.pattern"):
+            A = self._matrix.with_room(states)
         with self.timers.book("assembly"):
-            self._fill_bulk(A, jumps)
-        tangents = []
+            self._matrix.fill_bulk(A, jumps)
         with self.timers.book("contact.tangent"):
-            for k, c in enumerate(conditions):
-                interface = self.interfaces[k]
-                tangents.append(linearise(interface.contact, c, row_scales(interface, c)))
-                rows, values = self._kept_rows(k, c, tangents[-1])
+            for k, (interface, c) in enumerate(zip(self.interfaces, states, strict=True)):
+                tangent = linearise(interface.contact, c, row_scales(interface, c))
+                rows, values = self._kept_rows(k, c, tangent)
                 csr = (values.indptr.astype(np.int32), values.indices.astype(np.int32))
                 A.setValuesIJV(*csr, values.data, addv=True, rowmap=rows.astype(np.int32))
             A.assemble()
-        return tangents
+        return A
 
     def _kept_rows(self, k: int, c: ContactState, tangent: Tangent) -> tuple[Ints, sp.csr_matrix]:
         """What this rank adds to the bulk tangent: global rows and values (rows, n_global)."""

@@ -61,9 +61,8 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     held = mesh.has_multiplier & ~free.all(1)
     n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
     blocks[held] = 0.0
-    around = np.tile(np.arange(mesh.n_nonmortar)[:, None], 3)
-    around[mesh.nonmortar[:, 1], 0] = mesh.nonmortar[:, 0]
-    around[mesh.nonmortar[:, 0], 2] = mesh.nonmortar[:, 1]
+    around = np.repeat(np.arange(mesh.n_nonmortar)[:, None], 3, axis=1)
+    around[mesh.nonmortar[:, 1], 0], around[mesh.nonmortar[:, 0], 2] = mesh.nonmortar.T
     return NormalField(n, around, blocks, mesh.n_nodes)
 
 

@@ -303,9 +303,7 @@ class Loop:
         errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
-        dissipation = float(
-            sum(np.sum(c.dissipation) for c in conditions)
-        )
+        dissipation = float(sum(np.sum(c.dissipation) for c in conditions))
         repeatable = self.adaptation is not None and self.adaptation.repeats
         self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)

@@ -7,7 +7,7 @@ import numpy as np
 from contactfem.common.typing import Floats
 from contactfem.contact.state import ContactState
 from contactfem.laws.active_set import Status
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
 
 SHOWN = 4  # nodes named in a message
 
@@ -67,8 +67,7 @@ def _flips(name: str, old: ContactState, new: ContactState) -> str:
     if not len(nodes):
         return ""
     shown = [
-        f"node {j} at ({_listed(new.operators.x[j], '.6g')}) m "
-        f"{_word(old, j)} -> {_word(new, j)}"
+        f"node {j} at ({_listed(new.operators.x[j], '.6g')}) m {_word(old, j)} -> {_word(new, j)}"
         for j in map(int, nodes[:SHOWN])
     ]
     more = f" and {len(nodes) - SHOWN} more" if len(nodes) > SHOWN else ""

@@ -23,10 +23,10 @@ TOLERANCE = 1e-12
 # times, costs and how the run was started; residuals are what round-off leaves over
 LEFT_OUT = re.compile(
     r"(^|\.)(timings|versions|command|floor|wall|cost|residuals|title|references|case|import|"
-    r"message|warnings|seconds|time_of_remeshing|verdicts)(\.|$)"
+    r"message|warnings|seconds|verdicts|reason|decisions)(\.|$)"
 )
-ROUND_OFF = re.compile(r"(defect|balance|imbalance)")  # themselves relative, compared as they are
-COMPONENT = re.compile(r"(_(xx|yy|zz|xy|yz|xz|x|y|z|von_mises)(?=\.|$))|\.(x|y|z)$|\.(min|max)$|_(min|max)$")
+ROUND_OFF = re.compile(r"(defect|balance|imbalance|error|eta)")
+COMPONENT = re.compile(r"_(xx|yy|zz|xy|yz|xz|x|y|z|von_mises)(?=\.|$)|\.(x|y|z)$|[._](min|max)$")
 LENGTH = re.compile(r"(gap|slip)")  # of an interface: compared with its displacements
 
 
@@ -53,6 +53,8 @@ def kind(key: str) -> str:
     previous, result = "", re.sub(r"\.\d+(?=\.|$)", "", key)
     while previous != result:
         previous, result = result, COMPONENT.sub("", result)
+    if result.endswith("dissipation"):
+        return "work"
     if key.startswith("reactions") or ".forces." in key or "force" in key:
         return "force"
     if LENGTH.search(result) or result.endswith("displacement"):
@@ -68,6 +70,7 @@ def scales(values: dict[str, Any]) -> dict[str, float]:
     for key, value in values.items():
         if isinstance(value, float):
             result[kind(key)] = max(result[kind(key)], abs(value))
+    result["work"] = max(result["work"], result["force"] * result["length"])
     return result
 
 
@@ -76,7 +79,7 @@ def differences(before: dict[str, Any], after: dict[str, Any]) -> list[tuple[flo
     result, scale = [], scales(before)
     for key in sorted(before.keys() | after.keys()):
         a, b = before.get(key, "nothing"), after.get(key, "nothing")
-        if a == b or (a != a and b != b):  # noqa: PLR0124  (not a number, both)
+        if a == b or (a != a and b != b):
             continue
         if isinstance(a, float) and isinstance(b, float):
             size = 1.0 if ROUND_OFF.search(key) else max(scale[kind(key)], abs(b))
@@ -102,13 +105,14 @@ def main(argv: list[str]) -> int:
         other = options.after / name
         if not other.exists():
             if not options.skip_missing:
-                print(f"{str(name.parent):60s} missing")
+                print(f"{name.parent!s:60s} missing")
                 bad += 1
             continue
         found = differences(numbers(path), numbers(other))
         over = [pair for pair in found if pair[0] > options.tolerance]
         worst = f"worst {found[0][0]:.1e} at {found[0][1]}" if found else "equal"
-        print(f"{str(name.parent):60s} {'DIFFERS ' if over else 'ok '}{len(over)} {worst}", flush=True)
+        word = f"DIFFERS in {len(over)}" if over else "ok"
+        print(f"{name.parent!s:60s} {word}, {worst}", flush=True)
         for error, text in over[: None if options.all else 5]:
             print(f"    {error:.1e}  {text}")
         bad += bool(over)
