@@ -95,8 +95,6 @@ def _element(case: Case, name: str) -> Iterator[str]:
 
 
 def _interfaces(case: Case) -> Iterator[str]:
-    if case.interfaces and case.axes == 3:
-        yield "interfaces: contact in 3D is not available yet"
     carriers: dict[str, str] = {}
     for name, sides in case.interfaces.items():
         key = f"interfaces.{name}"
