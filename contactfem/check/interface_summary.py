@@ -10,8 +10,9 @@ from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
 from contactfem.check.facet_matching import match
 from contactfem.check.spatial_gap import spatial_gap
+from contactfem.common.text import one_line
 from contactfem.common.unit_display import scale_for
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import facet_sizes
 from contactfem.meshes.data import Surface
 

@@ -1,4 +1,4 @@
-"""Contact of one interface: which conditions hold at the nonmortar nodes, and their residuals."""
+"""Contact of one interface: active set and contact conditions at its nodes."""
 
 from dataclasses import dataclass, field, replace
 

@@ -1,4 +1,4 @@
-"""Balance of the forces and moments on the two sides of an interface."""
+"""Balance of forces and moments between the sides of an interface."""
 
 import numpy as np
 

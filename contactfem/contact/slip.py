@@ -1,4 +1,4 @@
-"""Slip: objective relative motion of the two sides since the start of a step (3)."""
+"""Slip: objective relative motion of the two sides in a step (3)."""
 
 from dataclasses import dataclass
 
@@ -64,8 +64,8 @@ def tangential(vectors: Floats, normals: Floats) -> Floats:
 def transported(vectors: Floats, before: Floats, after: Floats) -> Floats:
     """Tangential vectors carried along by planes that turn the shortest way.
 
-    a - (a·n₂) / (1 + n₁·n₂) (n₁ + n₂): the length of a vector and, in two dimensions, its sign along
-    the surface stay what they are.
+    a - (a·n₂) / (1 + n₁·n₂) (n₁ + n₂): the length of a vector and, in two dimensions, its sign
+    along the surface stay what they are.
 
     Args:
         vectors: a, tangential to the planes before, (n, dim).

@@ -39,6 +39,11 @@ class ContactHistory:
     dt: float = 1.0
     temperature: Floats | float = 0.0
 
+    @staticmethod
+    def at(operators: MortarOperators) -> "ContactHistory":
+        """That of a step which starts from some positions, without tractions."""
+        return ContactHistory(operators.D, operators.M, operators.normals.n)
+
 
 @dataclass(frozen=True)
 class Multiplier:

@@ -1,9 +1,9 @@
-"""Exact tangent of the contact conditions and of the contact forces of one interface.
+"""Exact tangent of contact conditions and contact forces of one interface.
 
 Conditions stand as rows of forces, α_n n_j C_n + α_t C_t with the normal condition C_n and the
-tangential one C_t, dim rows per node, and so do their derivatives, α_n n_j dC_n + α_t (1 - n_j n_jᵀ)
-dC_t. What is left out of the latter is a multiple of C_n and C_t, which vanish: Newton's method
-stays quadratic, and in two dimensions it is that of the conditions along n and τ to the last digit.
+tangential one C_t, dim rows per node. So do their derivatives, α_n n_j dC_n + α_t P_j dC_t with
+P_j = 1 - n_j n_jᵀ. What this leaves out are multiples of C_n and C_t, which vanish: Newton's method
+stays quadratic, and in two dimensions it is that of the conditions along n and τ.
 """
 
 from dataclasses import dataclass
@@ -192,9 +192,7 @@ def _by_multiplier(c: ContactState, f: _Factors) -> Sparse:
 
 
 def _by_normals(c: ContactState, f: _Factors, first: int, mine: Bools) -> list[Triplets]:
-    """Through the normals at fixed λ and w: dp = λ·dn, tangential part of dt = -p dn and of ds =
-    -(w·n) dn / D⁰.
-    """
+    """Through the normals at fixed λ and w: dp = λ·dn, P dt = -p dn and P ds = -(w·n) dn / D⁰."""
     dim, n = c.multiplier.vector.shape[1], c.operators.normals.n
     p, vector, k = c.multiplier.pressure, c.multiplier.vector, c.edge.neighbours
     j = np.flatnonzero(mine & c.active)

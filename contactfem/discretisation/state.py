@@ -131,7 +131,7 @@ def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     histories = []
     for interface in discretisation.interfaces:
         operators = interface.contact.operators(interface.nodes.positions(0.0, ramp_end))
-        histories.append(ContactHistory(operators.D, operators.M, operators.normals.n))
+        histories.append(ContactHistory.at(operators))
     state = State(
         0.0,
         discretisation.system.x.array.copy(),

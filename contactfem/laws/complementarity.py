@@ -1,4 +1,4 @@
-"""Contact conditions at a node: complementarity, penalty, stick and slip (5) (6) (13).
+"""Contact conditions at a node: complementarity, stick and slip (4)-(6), penalty (13).
 
 Arrays over nodes, pressures and gaps (n,), tractions and slips as vectors (n, dim) in the tangent
 plane. They know nothing of segments or meshes, and any dimension is as good as another.

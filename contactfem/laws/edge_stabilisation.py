@@ -4,7 +4,7 @@ import numpy as np
 
 from contactfem.common.typing import Floats
 
-EDGE = 0.5  # covered share of a node's facets below which it is an edge node
+EDGE_COVERAGE = 0.5  # covered share of a node's facets below which it is an edge node
 EDGE_COMPLIANCE = 0.1
 
 
@@ -20,7 +20,7 @@ def edge_compliance(coverage: Floats, c: Floats) -> tuple[Floats, Floats]:
     Returns:
         κ [m/Pa] and dκ/df [m/Pa], (n,) each; zero where f >= 1/2 or nothing is covered.
     """
-    edge = (coverage > 0.0) & (coverage < EDGE)
-    f = np.where(edge, coverage, EDGE)
+    edge = (coverage > 0.0) & (coverage < EDGE_COVERAGE)
+    f = np.where(edge, coverage, EDGE_COVERAGE)
     a = EDGE_COMPLIANCE / c
     return a * (0.5 / f - 1.0), np.where(edge, -0.5 * a / f**2, 0.0)

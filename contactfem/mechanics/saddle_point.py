@@ -1,10 +1,11 @@
 """Equilibrium with contact over displacements and multipliers (7).
 
 The rows of u are equilibrium with the contact forces, R + Gᵀλ [N/m]. Those of λ_j are the contact
-conditions α_n n_j C_n + α_t C_t of a node in contact, and λ_j = 0 of any other and of components that
-are prescribed. Nothing is divided by D, so it need not be diagonal: standard multipliers need this
-system. The unknown of a multiplier is λ_j / c_j, a length as u is, with c_j of `contact_scale`;
-with its rows scaled to forces every block of the matrix has the size of Young's modulus.
+conditions α_n n_j C_n + α_t C_t of a node in contact, and λ_j = 0 of any other and of components
+that are prescribed. Nothing is divided by D, so it need not be diagonal: standard multipliers need
+this system. The unknown of a multiplier is λ_j / c_j, a length as u is, with c_j of
+`contact_scale`; with its rows scaled to forces every block of the matrix has the size of Young's
+modulus.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The matrix of mechanics with contact: room for both, and the bulk tangent in it."""
+"""The matrix of mechanics, with room for contact."""
 
 from collections.abc import Sequence
 

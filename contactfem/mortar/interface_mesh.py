@@ -161,8 +161,9 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Sparse]:
 
 
 def _edges(facets: Ints) -> Ints:
-    """Edges of facets, node pairs (e, 2): a facet of two nodes is one, else each node and the next;
-    a triangle that has its last node twice has three.
+    """Edges of facets, pairs of nodes (e, 2).
+
+    A facet of two nodes is one; of others each node and the next make one, if they differ.
     """
     if facets.shape[1] == 2:
         return facets

@@ -54,8 +54,8 @@ class MortarOperators(ABC):
     """Mortar operators at one configuration, the same on all ranks.
 
     Always Σ_l M_jl = D_jj: nonmortar nodes without multiplier stand in M, with the sign of a mortar
-    node, for the multipliers of the nodes beside them. So nodal forces are (D_jj λ_j, -Σ_j M_jl λ_j)
-    and weighted jumps Σ_l M_jl (x_l - x_j), of nodes with a multiplier alone.
+    node, for the multipliers of the nodes beside them. So nodal forces (D_jj λ_j, -Σ_j M_jl λ_j)
+    and weighted jumps Σ_l M_jl (x_l - x_j) are those of nodes with a multiplier alone.
 
     Attributes:
         mesh: The two surfaces.
@@ -84,8 +84,9 @@ class MortarOperators(ABC):
 
     @property
     def depth(self) -> Floats:
-        """Area over size at each node, (n,): 1 in the plane, about the circumference around an axis,
-        the size in space [m].
+        """Area over size at each node, (n,).
+
+        1 in the plane, about the circumference around an axis, the size itself in space [m].
         """
         return self.full / self.size
 

@@ -7,7 +7,7 @@ from petsc4py import PETSc
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.contact_equations import ContactEquations
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 
 MUMPS = {
     "ksp_type": "preonly",
@@ -53,10 +53,13 @@ class Direct:
     def begin(self) -> None:
         """As said of every `LinearSolver`."""
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`."""
         self._system.spread(x)
-        return self._system.reactions(self._system.residual(out, jumps))
+        parts = self._system.residual(out, jumps)
+        return SupportForces(self._system.reactions(parts), self._system.supports(parts))
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """As said of every `LinearSolver`."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from petsc4py import PETSc
 
@@ -31,6 +31,18 @@ class Iterate:
     settled: bool
 
 
+class SupportForces(NamedTuple):
+    """What prescribed motions exert, contact forces on their nodes left out.
+
+    Attributes:
+        reactions: Resultant of every one on its body [N/m].
+        by_body: Sum of all on each body, each dof once [N/m], (bodies, dim).
+    """
+
+    reactions: list[float]
+    by_body: Floats
+
+
 class LinearSolver(Protocol):
     """Residuals of the bulk and linear systems of Newton's method for a system with contact.
 
@@ -50,7 +62,9 @@ class LinearSolver(Protocol):
     def begin(self) -> None:
         """Begin a new solve."""
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """Residual without contact at some unknowns, which the bodies take over; collective.
 
         Args:
@@ -59,7 +73,7 @@ class LinearSolver(Protocol):
             jumps: Of `System.advance` in the first iteration, else all None.
 
         Returns:
-            Resultant of every prescribed motion on its body [N/m].
+            What prescribed motions exert.
         """
 
     def linearise(self, at: Iterate) -> PETSc.Mat:

@@ -16,7 +16,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.contact_equations import ContactEquations
 from contactfem.solvers.dense_elimination import SchurComplement
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import Substructure
 
@@ -46,10 +46,13 @@ class LaggedBulk(InterfaceSolver):
             self._S = None
         self._solved = False
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`."""
         self._system.spread(x)
-        return self._system.reactions(self._system.residual(out, jumps))
+        parts = self._system.residual(out, jumps)
+        return SupportForces(self._system.reactions(parts), self._system.supports(parts))
 
     def finish(self, x: PETSc.Vec) -> None:
         """The unknowns are complete."""

@@ -17,7 +17,7 @@ from contactfem.common.typing import Floats
 from contactfem.mechanics.contact_equations import ContactEquations
 from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.dense_elimination import SchurComplement
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import RightHandSide, Substructure
 
@@ -88,7 +88,9 @@ class LinearBulk(InterfaceSolver):
         self.failure = ""
         self._start = self._origin = None
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> list[float]:
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
         """As said of every `LinearSolver`; after the first iteration, what the interior leaves."""
         self._system.spread(x)
         if self._origin is None or self._answer is None:
@@ -101,7 +103,8 @@ class LinearBulk(InterfaceSolver):
             reactions = rows[len(moved) :]
             out.set(0.0)
             self.put(out.array, rows[: len(moved)])
-        return [float(v) for v in self._constrained.motions @ reactions]
+        motions = [float(v) for v in self._constrained.motions @ reactions]
+        return SupportForces(motions, self._constrained.supports(reactions))
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """As said of every `LinearSolver`, on the interfaces."""

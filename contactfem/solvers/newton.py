@@ -22,13 +22,14 @@ from contactfem.solvers.choice import contact_equations, linear_solver
 from contactfem.solvers.convergence import (
     CONVERGED,
     DIVERGED_LINEAR,
+    STALLED,
     TURNED_OVER,
     Convergence,
     Criteria,
     Outcome,
 )
 from contactfem.solvers.diagnosis import trust_check
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
@@ -127,8 +128,32 @@ class NewtonSolver:
         return [] if self._run is None else self._run.states
 
     def reactions(self) -> list[float]:
-        """Resultant of every prescribed motion on its body at the last iteration [N/m]."""
-        return [] if self._run is None else self._run.reactions
+        """Resultant of every prescribed motion on its body at the last iteration [N/m].
+
+        Contact forces on prescribed nodes are carried by their support as well.
+        """
+        result = [] if self._run is None else list(self._run.supports.reactions)
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes, force = interface.nodes, c.nodal_forces()
+            for k, p in enumerate(self.system.prescribed):
+                at = (nodes.body == p.body) & np.isin(nodes.vertex, p.vertices)
+                result[k] += float(force[at, p.component].sum())
+        return result
+
+    def supports(self) -> Floats:
+        """What prescribed motions exert on each body at the last iteration [N/m], (bodies, dim)."""
+        result = self._running.supports.by_body.copy()
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes = interface.nodes
+            carried = np.where(nodes.unknown < 0, c.nodal_forces(), 0.0)
+            at = nodes.body >= 0
+            np.add.at(result, nodes.body[at], carried[at])
+        return result
+
+    @property
+    def round_off(self) -> float:
+        """Force that round-off may leave over in a body [N/m]."""
+        return float(STALLED * self._stiffness * np.sqrt(self.system.numbering.n_global))
 
     def _create(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.system.comm)
@@ -227,7 +252,7 @@ class NewtonSolver:
             self.timers.add("solve", time.perf_counter() - run.solve_started)
             run.jumps = [None] * len(self.system.bodies)
         with self.timers.book("residual"):
-            run.reactions = self.linear.residual(x, self._bulk, run.jumps)
+            run.supports = self.linear.residual(x, self._bulk, run.jumps)
         with self.timers.book("contact.conditions"):
             step = run.step
             positions = [
@@ -289,7 +314,7 @@ class NewtonSolver:
         """Size of the forces that the residual is compared with [N/m]."""
         forces = (c.operators.D[:, None] * c.multiplier.vector for c in self.conditions)
         contact = [np.linalg.norm(force) for force in forces]
-        support = np.abs(self.reactions())
+        support = np.abs(self._running.supports.reactions)
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
@@ -319,7 +344,7 @@ class _Run:
         convergence: Its course.
         jumps: Of prescribed motions that the bulk has not followed yet, in the first iteration.
         states: Contact state of every interface at every iteration.
-        reactions: Resultant of every prescribed motion at the last iteration [N/m].
+        supports: What prescribed motions exert at the last iteration.
         contact_kept: Whether contact that was just lost is kept for this iteration.
         solve_started: When PETSc began to solve the last linear system [s].
         reason: Why it failed, in words.
@@ -329,7 +354,7 @@ class _Run:
     convergence: Convergence
     jumps: list[Floats | None]
     states: list[list[ContactState]] = field(default_factory=list)
-    reactions: list[float] = field(default_factory=list)
+    supports: SupportForces = field(default_factory=lambda: SupportForces([], np.empty(0)))
     contact_kept: bool = False
     solve_started: float = 0.0
     reason: str = ""
