@@ -298,5 +298,6 @@ def read_summary(directory: Path) -> dict[str, Any]:
     return dict(summary)
 
 
-AXES = "xyz"
-VECTOR_COLUMNS = {"traction_vector": "traction_{} [Pa]", "slip_vector": "slip_{} [m]"}
+def number(value: float | None) -> float:
+    """A number of a summary, where None stands for what is not finite."""
+    return math.nan if value is None else float(value)
