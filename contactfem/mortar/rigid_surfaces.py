@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from contactfem.common.time_table import Table
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.directions import OfAxis, OfCircle, OfPlane
 from contactfem.mortar.sides import RigidSide
 
@@ -60,24 +60,25 @@ def sphere_side(
     radius: float,
     inside: bool,
     size: float,
+    near: Floats,
     displacement: tuple[Table, ...],
 ) -> RigidSide:
-    """A rigid sphere as a polyhedron that encloses as much as the sphere.
+    """The part of a rigid sphere near a body, as triangles that enclose as much as the sphere.
 
     Args:
         centre: Its centre [m].
         radius: Its radius [m].
         inside: Whether bodies touch it from inside (the obstacle lies around the sphere).
         size: Largest length of an edge [m].
+        near: Smallest and largest coordinates that the body may reach [m], (2, 3).
         displacement: x, y and z over time [m].
 
     Returns:
         The side.
     """
     halvings = max(2, int(np.ceil(np.log2(2.45 * radius / size))))
-    X, facets = _refined(OCTAHEDRON, SIDES_OF_OCTAHEDRON, halvings)
-    volume = np.einsum("ki,ki->", X[facets[:, 0]], np.cross(X[facets[:, 1]], X[facets[:, 2]])) / 6.0
-    X = X * (4.0 * np.pi / 3.0 / volume) ** (1.0 / 3.0)
+    X, facets = _refined(halvings, (near - np.asarray(centre)) / radius)
+    X = X * _swelling(*X[facets].swapaxes(0, 1))
     facets = facets[:, ::-1] if inside else facets
     return RigidSide(np.asarray(centre) + radius * X, facets, displacement, OfCircle(inside))
 
@@ -135,8 +136,21 @@ def triangulated_side(X: Floats, triangles: Ints, displacement: tuple[Table, ...
     return RigidSide(X, triangles, displacement, None)
 
 
-def _refined(X: Floats, facets: Ints, halvings: int) -> tuple[Floats, Ints]:
-    """Triangles of the unit sphere with every edge halved some times."""
+def _swelling(a: Floats, b: Floats, c: Floats) -> float:
+    """Factor on triangles with corners on the unit sphere, that then enclose as much as it.
+
+    The volume of a triangle with the centre is a·(b × c)/6, that of the sphere Ω/3 with the solid
+    angle tan Ω/2 = a·(b × c) / (1 + a·b + b·c + c·a).
+    """
+    triple = np.einsum("ki,ki->k", a, np.cross(b, c))
+    dots = sum(np.einsum("ki,ki->k", x, y) for x, y in ((a, b), (b, c), (c, a)))
+    angle = 2.0 * np.arctan2(triple, 1.0 + dots)
+    return float((2.0 * angle.sum() / triple.sum()) ** (1.0 / 3.0))
+
+
+def _refined(halvings: int, near: Floats) -> tuple[Floats, Ints]:
+    """Triangles of the unit sphere that reach into a box, every edge halved some times."""
+    X, facets = OCTAHEDRON, SIDES_OF_OCTAHEDRON
     for _ in range(halvings):
         pairs = [facets[:, ends] for ends in ([0, 1], [1, 2], [2, 0])]
         edges = np.sort(np.concatenate(pairs), axis=1)
@@ -145,11 +159,19 @@ def _refined(X: Floats, facets: Ints, halvings: int) -> tuple[Floats, Ints]:
         middle /= np.linalg.norm(middle, axis=1)[:, None]
         m = len(X) + at.reshape(3, -1)
         a, b, c = facets.T
-        facets = np.concatenate(
-            [
-                np.column_stack(corner)
-                for corner in ((a, m[0], m[2]), (b, m[1], m[0]), (c, m[2], m[1]), tuple(m))
-            ]
-        )
+        corners = ((a, m[0], m[2]), (b, m[1], m[0]), (c, m[2], m[1]), tuple(m))
+        facets = np.concatenate([np.column_stack(corner) for corner in corners])
         X = np.concatenate((X, middle))
+        facets = facets[_reaches(X[facets], near)]
+        used, number = np.unique(facets, return_inverse=True)
+        X, facets = X[used], number.reshape(facets.shape)
     return X, facets
+
+
+def _reaches(corners: Floats, near: Floats) -> Bools:
+    """Which triangles (k, 3, 3) may reach into a box; the nearest ones where none does."""
+    middle = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
+    away = np.linalg.norm(middle - np.clip(middle, near[0], near[1]), axis=1)
+    inside = away <= 2.0 * radius
+    return inside if inside.any() else np.asarray(away <= away.min() + 2.0 * radius)

@@ -158,7 +158,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 X=mesh.X[:n],
                 x=op.x[:n],
                 arc=_arc(mesh, op.x),
-                gap=np.where(np.isfinite(op.gap), op.gap, np.nan),
+                gap=np.where(np.isfinite(c.gap), c.gap, np.nan),
                 pressure=pressure,
                 traction=_along(c.traction, op.normals.n),
                 slip=_along(slip, op.normals.n),

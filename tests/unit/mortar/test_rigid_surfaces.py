@@ -16,6 +16,7 @@ from contactfem.mortar.rigid_surfaces import (
 from contactfem.mortar.sides import RigidSide
 
 REST = (constant(0.0),) * 3
+EVERYWHERE = np.array(((-9.0,) * 3, (9.0,) * 3))
 CENTRE = (1.0, 2.0, 3.0)
 
 
@@ -31,7 +32,7 @@ def flux(side: RigidSide, centre=CENTRE) -> float:
 
 @pytest.mark.parametrize(("inside", "sign"), [(False, 1.0), (True, -1.0)])
 def test_a_sphere_encloses_its_volume(inside, sign):
-    side = sphere_side(CENTRE, 2.0, inside, 0.3, REST)
+    side = sphere_side(CENTRE, 2.0, inside, 0.3, EVERYWHERE, REST)
     assert flux(side) == pytest.approx(sign * 4.0 / 3.0 * np.pi * 8.0, rel=1e-12)
     r = np.linalg.norm(side.X - CENTRE, axis=1)
     assert r == pytest.approx(2.0, rel=0.01)
@@ -62,8 +63,8 @@ def test_a_plane_looks_along_its_normal():
     "side",
     [
         spatial_plane(CENTRE, (1.0, -2.0, 0.5), 4.0, REST),
-        sphere_side(CENTRE, 2.0, False, 0.5, REST),
-        sphere_side(CENTRE, 2.0, True, 0.5, REST),
+        sphere_side(CENTRE, 2.0, False, 0.5, EVERYWHERE, REST),
+        sphere_side(CENTRE, 2.0, True, 0.5, EVERYWHERE, REST),
         cylinder_side(CENTRE, (1.0, 2.0, -1.0), 0.5, False, 16, 3.0, REST),
     ],
     ids=["plane", "sphere", "hollow", "cylinder"],
@@ -100,3 +101,15 @@ def test_an_stl_file_is_one_surface(tmp_path):
     assert points.shape == (4, 3)
     side = triangulated_side(points, triangles, REST)
     assert flux(side, (0, 0, 0)) == pytest.approx(1.0 / 6.0, rel=1e-6)
+
+
+def test_a_large_sphere_has_facets_only_near_the_body():
+    """A million edges around would be needed; a body of 1 mm sees a few thousand facets."""
+    near = np.array([(-5e-4, -1e-3, -5e-4), (5e-4, 0.0, 5e-4)])
+    side = sphere_side((0.0, 1.0, 0.0), 1.0, False, 5e-5, near, REST)
+    assert len(side.facets) < 5000
+    r = np.linalg.norm(side.X - (0.0, 1.0, 0.0), axis=1)
+    assert r == pytest.approx(1.0, abs=(5e-5) ** 2)
+    low, high = side.X.min(axis=0), side.X.max(axis=0)
+    assert (low[[0, 2]] < near[0][[0, 2]]).all()
+    assert (high[[0, 2]] > near[1][[0, 2]]).all()
