@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from contactfem.case.overrides import nearest
+from contactfem.case.temperature_scale import broken_temperatures
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.meshes import MeshFile
 
@@ -22,6 +23,7 @@ def broken_heat(case: Case) -> Iterator[str]:
     Yields:
         One line "dotted.key = found: what is wrong" per mistake.
     """
+    yield from broken_temperatures(case)
     if case.heat is None:
         yield from _without(case)
         return

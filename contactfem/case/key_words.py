@@ -55,7 +55,7 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "density": "ρ₀, per reference volume",
         "conductivity": "k",
         "heat_capacity": "c, per mass",
-        "reference_temperature": "absolute temperature of the stress-free state",
+        "reference_temperature": "absolute temperature of the stress-free state, that expansion counts from; with it all temperatures are absolute",
         "parameters": "numbers for a user's energy, by name",
     },
     "Body": {"material": "name of its material", "mesh": "geometry with its mesh, or a mesh file"},

@@ -102,8 +102,10 @@ class Material(Model):
 
 
 class Body(Model):
-    """Deformable body; temperatures are relative to that of the stress-free state.
+    """Deformable body, stress-free at its material's `reference_temperature`.
 
+    With one, temperatures are absolute; without, they are rises above the stress-free state.
+    A body starts, and stays where nothing else is said, at that of its stress-free state.
     `element`: linear (P1), or MINI for nearly incompressible simplices; auto: MINI if K/mu > 20.
     `temperature` is given over time where heat is not solved for; where it is, the body starts from
     `initial_temperature`, on a `thermal_mesh` of its own or else on the mechanical one.
@@ -112,8 +114,8 @@ class Body(Model):
     material: str
     mesh: MeshSpec
     element: Literal["auto", "P1", "MINI"] = "auto"
-    temperature: TemperatureTable = Field(default_factory=lambda: constant(0.0))
-    initial_temperature: TemperatureField = Field(default_factory=lambda: constant(0.0))
+    temperature: TemperatureTable | None = None
+    initial_temperature: TemperatureField | None = None
     thermal_mesh: MeshSpec | None = None
 
 

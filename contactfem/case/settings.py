@@ -5,7 +5,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from contactfem.case.base import Flag, Model, Name, NonNegative
-from contactfem.common.units import Duration, Length, Number, Temperature, read_quantity
+from contactfem.common.units import (
+    Difference,
+    Duration,
+    Length,
+    Number,
+    TemperatureDifference,
+    read_quantity,
+)
 from contactfem.verification.contact import CLOSED_FORMS, closed_form
 
 PositiveTime = Annotated[Duration, Field(gt=0)]
@@ -53,15 +60,15 @@ class Solver(Model):
 class Heat(Model):
     """Heat conduction, solved after the mechanics of each step (isothermal split).
 
-    `scheme`: in time, cG(k) (22)-(27), the L-stable dG(k), or "steady". cG(1) is the default:
-    second order at the price of one solve; it may ring where a start is inconsistent or ρc tiny,
-    which is said, and dG(1) is the remedy. `max_passes` of mechanics and heat per step, until
+    `scheme`: in time, the L-stable dG(k), cG(k) (22)-(27), or "steady". dG(1) is the default: of
+    third order, and what is much faster than a step dies out. cG(1), of second order at the price
+    of one solve, may ring where a start is inconsistent or ρc tiny, which is said. `max_passes` of mechanics and heat per step, until
     temperatures change less than `tolerance` of their range; `relaxation` "aitken" or a fixed
     factor. `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
     """
 
     scheme: Literal["cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"] = (
-        "cG(1)"
+        "dG(1)"
     )
     max_passes: Annotated[Count, Field(ge=1)] = 1
     tolerance: Fraction = 1e-6
@@ -105,7 +112,7 @@ class Adaptivity(Model):
     max_cells: Annotated[Count, Field(ge=10)] = 200_000
     max_remeshes: Count = 3
     start: Annotated[Duration, Field(ge=0)] = 0.0
-    least_temperature: Annotated[Temperature, Field(ge=0)] = 1e-3
+    least_temperature: Annotated[TemperatureDifference, Field(ge=0)] = 1e-3
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -155,7 +162,7 @@ class Expectation(Model):
 
     value: Number | None = None
     rel: NonNegative | None = None
-    abs: Annotated[Number, Field(ge=0)] | None = None
+    abs: Annotated[Difference, Field(ge=0)] | None = None
     min: Number | None = None
     max: Number | None = None
 

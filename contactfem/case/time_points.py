@@ -16,7 +16,7 @@ def stops(case: Case) -> list[float]:
     """
     tables = [t for c in case.conditions for t in _tables(c)]
     tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
-    tables += [body.temperature for body in case.bodies.values()]
+    tables += [body.temperature for body in case.bodies.values() if body.temperature is not None]
     tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
     for interface in case.interfaces.values():
         given = (interface.heat.pressure, interface.heat.dissipation)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from contactfem.case.temperature_scale import doubtful_temperatures, temperature_words
+
 if TYPE_CHECKING:
     from contactfem.case.interface_laws import InterfaceHeat
     from contactfem.case.schema import Case
 
-MATERIAL = ("density", "conductivity", "heat_capacity", "reference_temperature")
+MATERIAL = ("density", "conductivity", "heat_capacity")
 
 
 def heat_words(case: Case) -> Iterator[tuple[str, str]]:
@@ -22,7 +24,7 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         Title and text.
     """
     if case.heat is None:
-        warm = [name for name, body in case.bodies.items() if any(body.temperature.values)]
+        warm = [name for name, body in case.bodies.items() if body.temperature]
         yield "heat", f"off; temperature given in {', '.join(warm)}" if warm else "off"
     else:
         yield "heat", f"on: {_scheme(case)}, {_passes(case)}"
@@ -31,6 +33,10 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         for name, interface in case.interfaces.items():
             rubs = interface.friction is not None or interface.heat.dissipation is not None
             yield f"heat at {name}", _interface(interface.heat, rubs=rubs)
+    if case.heat is not None or any(body.temperature for body in case.bodies.values()):
+        yield "temperatures", temperature_words(case)
+        for text in doubtful_temperatures(case):
+            yield "doubtful", text
     if unused := sorted(_unused(case)):
         yield "not used", ", ".join(unused)
 

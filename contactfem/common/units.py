@@ -18,6 +18,8 @@ from contactfem.common.unit_parser import (
     DIMENSIONS,
     UnitError,
     dimension,
+    has_zero,
+    kelvin,
     scaled,
     split,
     unit,
@@ -47,12 +49,13 @@ EXAMPLES = {
 }
 
 
-def si(text: str, symbol: str) -> float:
+def si(text: str, symbol: str, *, difference: bool = False) -> float:
     """Read a quantity.
 
     Args:
         text: number and unit, such as "35 N/mm^2".
         symbol: SI unit of what is expected, such as "Pa".
+        difference: whether "1 degC" is a difference of 1 K, not the temperature 274.15 K.
 
     Returns:
         The value [symbol].
@@ -66,12 +69,18 @@ def si(text: str, symbol: str) -> float:
     found, expected = unit(rest), unit(symbol)
     if found.exponents != expected.exponents:
         raise UnitError(f"is {dimension(found.exponents)}, not {dimension(expected.exponents)}")
-    value = scaled(number, found.factor)
+    value = kelvin(number, rest) if _on_scale(rest, difference) else scaled(number, found.factor)
+    if _on_scale(rest, difference) and value < 0.0:
+        raise UnitError("is below absolute zero")
     if not abs(value) <= LARGEST:
         raise UnitError("is too large a number")
     if 0.0 < abs(value) < 1.0 / LARGEST:
         raise UnitError("is too small a number")
     return value
+
+
+def _on_scale(symbol: str, difference: bool) -> bool:
+    return has_zero(symbol) and not difference
 
 
 def _allowed(symbol: str) -> str:
@@ -84,8 +93,10 @@ def _wrong(why: str, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("quantity", "{why}; give {allowed}", context)
 
 
-def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
-    """One quantity from a case file or from Python.
+def read_quantity(
+    value: object, symbol: str, info: ValidationInfo, *, difference: bool = False
+) -> float:
+    """One quantity from a case file or from Python; of a difference of temperatures or a value.
 
     Raises:
         PydanticCustomError: with what is wrong and what is allowed.
@@ -93,7 +104,7 @@ def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
     strict = bool((info.context or {}).get("strict_units"))
     if isinstance(value, str):
         try:
-            return si(value, symbol)
+            return si(value, symbol, difference=difference)
         except UnitError as error:
             raise _wrong(str(error), _allowed(symbol)) from None
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -122,14 +133,17 @@ class Quantity:
     """Marks a float that is read from a number with a unit of the dimension of `symbol`."""
 
     symbol: str
+    difference: bool = False
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         """Read before the float is checked, so that limits act on the SI value."""
-        return core_schema.with_info_before_validator_function(
-            lambda value, info: read_quantity(value, self.symbol, info), handler(source)
-        )
+
+        def read(value: object, info: ValidationInfo) -> float:
+            return read_quantity(value, self.symbol, info, difference=self.difference)
+
+        return core_schema.with_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -140,7 +154,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class AnyQuantity:
-    """Marks a float that is read from a number, or from a string with a unit of any dimension."""
+    """Marks a float that is read from a number, or from a string with a unit of any dimension.
+
+    Attributes:
+        difference: whether "1 degC" is a difference of 1 K, not the temperature 274.15 K.
+    """
+
+    difference: bool = False
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -159,7 +179,10 @@ class AnyQuantity:
         if isinstance(value, str):
             try:
                 number, rest = split(value)
-                value = scaled(number, unit(rest).factor)
+                if _on_scale(rest, self.difference):
+                    value = kelvin(number, rest)
+                else:
+                    value = scaled(number, unit(rest).factor)
             except UnitError as error:
                 raise _wrong(str(error), allowed) from None
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -239,12 +262,14 @@ Length = Annotated[float, Quantity("m")]
 Duration = Annotated[float, Quantity("s")]
 Pressure = Annotated[float, Quantity("Pa")]
 Temperature = Annotated[float, Quantity("K")]
+TemperatureDifference = Annotated[float, Quantity("K", difference=True)]
 ForcePerLength = Annotated[float, Quantity("N/m")]
 Expansion = Annotated[float, Quantity("1/K")]
 Density = Annotated[float, Quantity("kg/m^3")]
 Conductivity = Annotated[float, Quantity("W/m/K")]
 HeatCapacity = Annotated[float, Quantity("J/kg/K")]
 Number = Annotated[float, AnyQuantity()]
+Difference = Annotated[float, AnyQuantity(difference=True)]
 
 LengthTable = Annotated[Table, TableOf("m")]
 PressureTable = Annotated[Table, TableOf("Pa")]

@@ -15,6 +15,7 @@ from contactfem.case.element_choice import element_of
 from contactfem.case.law_factory import friction_law
 from contactfem.case.scene import Condition, Material, Plane, Polyline
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import given_temperature, reference_temperature
 from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.timers import Timers
@@ -202,13 +203,13 @@ def _body(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
     law = _law(case, case.materials[body.material], mixed=element == "MINI")
     loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
-    theta = body.temperature if case.heat is None else None
+    theta = given_temperature(case, name) if case.heat is None else None
     return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
 def _law(case: Case, material: Material, *, mixed: bool) -> Law:
     """Energy and parameters of a material."""
-    small = case.strain == "small"
+    small, reference = case.strain == "small", reference_temperature(material)
     parameters = {
         "bulk_modulus": material.K,
         "shear_modulus": material.mu,
@@ -218,9 +219,10 @@ def _law(case: Case, material: Material, *, mixed: bool) -> Law:
         energy = linear_elastic if small else neo_hooke
         with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
         return Law(
-            energy, parameters, material.E, small, small, with_mean_stress if mixed else None
+            energy, parameters, material.E, small, small, with_mean_stress if mixed else None, reference
         )
-    return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
+    energy = _user_energy(case, material.model)
+    return Law(energy, parameters, material.E, small, linear=False, reference=reference)
 
 
 def _user_energy(case: Case, reference: str) -> Energy:

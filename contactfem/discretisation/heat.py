@@ -9,6 +9,7 @@ from mpi4py import MPI
 from contactfem.case.interface_laws import InterfaceHeat
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import initial_temperature
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
@@ -102,7 +103,7 @@ def _law(case: Case, material: Material) -> HeatLaw:
     if not case.heat.thermoelastic:
         return HeatLaw(material.conductivity, capacity)
     cooling = 3.0 * material.expansion * material.K
-    return HeatLaw(material.conductivity, capacity, cooling, material.reference_temperature or 0.0)
+    return HeatLaw(material.conductivity, capacity, cooling)
 
 
 def _is_load(condition: Condition) -> bool:
@@ -140,7 +141,7 @@ def _field(case: Case, value: Table | FunctionRef) -> Table | PlaceTime:
 
 def _initial(case: Case, body: HeatBody) -> Floats:
     """Temperature at time zero, flat local."""
-    value = _field(case, case.bodies[body.name].initial_temperature)
+    value = _field(case, initial_temperature(case, body.name))
     if isinstance(value, Table):
         return np.full(body.n_dofs, value(0.0))
     return np.array(value(body.V.tabulate_dof_coordinates().T, 0.0))

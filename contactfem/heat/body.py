@@ -32,13 +32,11 @@ class HeatLaw:
         conductivity: k [W/m/K].
         capacity: ρ₀ c [J/m³/K]; zero where nothing is stored.
         cooling: 3 α K of the term that straining takes [Pa/K]; None to leave it out.
-        reference: θ₀, absolute temperature of the stress-free state [K].
     """
 
     conductivity: float
     capacity: float
     cooling: float | None = None
-    reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ class HeatBody:
         deforms: Whether heat is conducted in the deformed configuration (finite strain).
 
     Attributes:
-        theta: Relative temperature [K].
+        theta: Temperature [K].
         u: Displacement at the end of the step, linear on this mesh [m]; zero where nothing moves.
     """
 
@@ -275,12 +273,10 @@ class _Cooling:
         domain, law = body.mesh.mesh, body.law
         self._theta, self._u_old = fem.Function(body.V), fem.Function(body.displacement_space)
         self._dt = fem.Constant(domain, 1.0)
-        modulus, reference = (
-            fem.Constant(domain, value) for value in (law.cooling or 0.0, law.reference)
-        )
+        modulus = fem.Constant(domain, law.cooling or 0.0)
         F, F_old = deformation(body.u), deformation(self._u_old)
         growth = ufl.ln(ufl.det(F) / ufl.det(F_old)) if body.deforms else ufl.tr(F - F_old)
-        power = elastic_cooling(self._theta, modulus, reference, growth, self._dt)
+        power = elastic_cooling(self._theta, modulus, growth, self._dt)
         self._form = fem.form(power * ufl.TestFunction(body.V) * depth * dx)
 
     def assemble(self, theta: Floats, u_old: Floats, dt: float) -> Floats:

@@ -40,6 +40,7 @@ class Law:
         linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
         mixed: The energy with the mean stress as a field: the body gets MINI elements; None for
             linear displacements alone.
+        reference: Temperature of the stress-free state, that expansion counts from [K].
     """
 
     energy: Energy
@@ -48,6 +49,7 @@ class Law:
     small_strain: bool
     linear: bool
     mixed: MixedEnergy | None = None
+    reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,13 +77,13 @@ class BodyProblem:
         name: Name of the body.
         mesh: Its mesh.
         law: Its law.
-        theta: Relative temperature over time [K]; None where heat is solved for.
+        theta: Temperature over time [K]; None where heat is solved for.
         loads: Loads on it.
         axisymmetric: Whether the mesh is a section through a body around the axis x = 0, whose
             forces are those of the whole circumference; else it is one metre deep.
 
     Attributes:
-        temperature: Relative temperature [K] where heat is solved for, linear on this mesh.
+        temperature: Temperature [K] where heat is solved for, linear on this mesh.
         u: All unknowns: displacements, and what the element adds to them [m].
         vertex_space: Space of the displacements, or the subspace of `u` that they are.
         vertex_dofs: Local scalar dofs of the displacement at the vertices, (vertices, dim).
@@ -101,13 +103,16 @@ class BodyProblem:
         self.name, self.mesh, self.law, self.axisymmetric = name, mesh, law, axisymmetric
         self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = []
         self.temperature: fem.Function | None = None
-        self._theta: ufl.core.expr.Expr
         if theta is None:
             P1 = fem.functionspace(mesh.mesh, ("Lagrange", 1))
-            self._theta = self.temperature = fem.Function(P1)
+            self.temperature = fem.Function(P1)
+            self._theta: ufl.core.expr.Expr = self.temperature
         else:
-            self._theta = fem.Constant(mesh.mesh, 0.0)
-            self._tables.append((self._theta, (theta,), False))
+            uniform = fem.Constant(mesh.mesh, 0.0)
+            self._tables.append((uniform, (theta,), False))
+            self._theta = uniform
+        if law.reference:  # the energy takes the rise above the stress-free state
+            self._theta = self._theta - fem.Constant(mesh.mesh, law.reference)
         self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
         self._element = (
             linear(mesh, law.energy)

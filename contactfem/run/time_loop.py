@@ -11,6 +11,7 @@ import numpy as np
 
 from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, ShorterStep, Verdict
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import given_temperature
 from contactfem.case.time_points import stops
 from contactfem.checkpoint.checkpointer import Keeper, Moment, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
@@ -267,9 +268,9 @@ class Loop:
         return self.solver.solve(step), None
 
     def _temperature(self, k: int, t: float) -> float:
-        """Relative temperature of the nonmortar body of an interface at a time [K]."""
+        """Temperature of the nonmortar body of an interface at a time [K]."""
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
-        return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
+        return given_temperature(self.case, sides.nonmortar.partition(".")[0])(t)
 
     def _start(self, k: int) -> Trial | None:
         """Status that the first iteration of a step takes for an interface.

@@ -101,7 +101,7 @@ COLUMN = """
 title = "One mode of thermoelasticity"
 strain = "{strain}"
 time = {{ end = "{steps} s", step = "1 s" }}
-heat = {{ scheme = "dG(0)", thermoelastic = true }}
+heat = {{ scheme = "dG(0)", thermoelastic = true, max_passes = 1 }}
 solver = {{ tolerance = 1e-13 }}
 output = {{ times = [] }}
 [materials.solid]
@@ -136,12 +136,12 @@ def test_limit_of_the_isothermal_split(written, tmp_path, delta, D, strain):
     conductivity = D * capacity * (10e-3 / np.pi) ** 2
     size = 1e-4  # [K]
     (tmp_path / "mode.py").write_text(
-        f"import numpy as np\ndef mode(x, t):\n    return {size} * np.cos(np.pi * x[1] / 10e-3)\n"
+        f"import numpy as np\ndef mode(x, t):\n    return 293.0 + {size} * np.cos(np.pi * x[1] / 10e-3)\n"
     )
     steps = 24
     text = COLUMN.format(strain=strain, steps=steps, capacity=capacity, conductivity=conductivity)
     result = written(text + CONFINED)
-    amplitude = np.array([step.heat.temperature_max for step in result.steps])
+    amplitude = np.array([step.heat.temperature_max for step in result.steps]) - 293.0
     # θ_n = c_1 z_1^n + c_2 z_2^n from θ_0 and θ_1 = (1 - δ) θ_0 / (1 + D)
     roots = np.roots([1.0 + D, delta - 1.0, -delta])
     first = (1.0 - delta) / (1.0 + D)

@@ -84,7 +84,7 @@ BROKEN = {
     "bodies.upper.mesh.nx=2.5": "bodies.upper.mesh.nx = 2.5: must be a whole number",
     "bodies.upper=3": "bodies.upper = 3: must be a table",
     "conditions=3": "conditions = 3: must be a list",
-    'bodies.upper.temperature="20 degC"': "bodies.upper.temperature = 20 degC: 'degC' has a zero "
+    'bodies.upper.temperature="20 degRe"': "bodies.upper.temperature = 20 degC: 'degRe' has a zero "
     "of its own; give kelvin; give a temperature such as '20 K'",
     # meshes
     'bodies.upper.mesh.builder="blok"': "bodies.upper.mesh.builder = blok: must have 'file' or a "
@@ -274,7 +274,7 @@ def test_the_sample_is_read_in_si():
     upper, lower = case.bodies["upper"], case.bodies["lower"]
     assert upper.mesh.corner == (0.005, 0.0105)
     assert lower.temperature == constant(40.0)
-    assert upper.temperature == constant(0.0)
+    assert upper.temperature is None
     bottom, top, left = case.conditions
     assert bottom.displacement == {"x": constant(0.0), "y": constant(0.0)}
     assert (bottom.kind, bottom.body, bottom.surface) == ("displacement", "lower", "bottom")
