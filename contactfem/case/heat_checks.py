@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from contactfem.case.overrides import nearest
 from contactfem.case.temperature_scale import broken_temperatures
+from contactfem.common.text import nearest
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.meshes import MeshFile
 
