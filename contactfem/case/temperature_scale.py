@@ -1,4 +1,4 @@
-"""Whether the temperatures of a case are absolute, or rises above the stress-free state."""
+"""Scale of the temperatures of a case: absolute, or rises."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Say what a case models of heat, and what it gives without using it."""
+"""Summary of what a case models of heat."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         Title and text.
     """
     if case.heat is None:
-        warm = [name for name, body in case.bodies.items() if body.temperature]
-        yield "heat", f"off; temperature given in {', '.join(warm)}" if warm else "off"
+        given = [name for name, body in case.bodies.items() if body.temperature is not None]
+        yield "heat", f"off; temperature given in {', '.join(given)}" if given else "off"
     else:
         yield "heat", f"on: {_scheme(case)}, {_passes(case)}"
         own = [name for name, body in case.bodies.items() if body.thermal_mesh is not None]
         yield "thermal meshes", f"own in {', '.join(own)}" if own else "those of mechanics"
         for name, interface in case.interfaces.items():
-            rubs = interface.friction is not None or interface.heat.dissipation is not None
-            yield f"heat at {name}", _interface(interface.heat, rubs=rubs)
+            has_friction = interface.friction is not None or interface.heat.dissipation is not None
+            yield f"heat at {name}", _interface(interface.heat, has_friction=has_friction)
     if case.heat is not None or any(body.temperature for body in case.bodies.values()):
         yield "temperatures", temperature_words(case)
         for text in doubtful_temperatures(case):
@@ -57,7 +57,7 @@ def _passes(case: Case) -> str:
     return f"in turn with mechanics, up to {case.heat.max_passes} passes"
 
 
-def _interface(heat: InterfaceHeat, *, rubs: bool) -> str:
+def _interface(heat: InterfaceHeat, *, has_friction: bool) -> str:
     """Conductance and the share of frictional heat, in words."""
     laws = {
         "insulated": "insulated",
@@ -66,7 +66,9 @@ def _interface(heat: InterfaceHeat, *, rubs: bool) -> str:
         "gas": f"h = {heat.gas_conductivity} W/m/K / (gap + {heat.gas_distance} m)",
     }
     law = laws.get(heat.law, f"h by {heat.law}")
-    share = f"; {100 * heat.partition:g} % of frictional heat into nonmortar" if rubs else ""
+    share = (
+        f"; {100 * heat.partition:g} % of frictional heat into nonmortar" if has_friction else ""
+    )
     return law + share
 
 
