@@ -66,8 +66,9 @@ def _materials(case: Case) -> Iterator[str]:
 def _interfaces(case: Case) -> Iterator[str]:
     for name, sides in case.interfaces.items():
         key = f"interfaces.{name}.heat"
-        if not case.mechanics and sides.heat.law == "pressure" and sides.heat.pressure is None:
-            yield f"{key}: without mechanics law = 'pressure' needs a pressure"
+        asks = sides.heat.law == "pressure" or is_reference(sides.heat.law)
+        if not case.mechanics and asks and sides.heat.pressure is None:
+            yield f"{key}: without mechanics law = '{sides.heat.law}' needs a pressure"
 
 
 def _probes(case: Case) -> Iterator[str]:

@@ -180,7 +180,11 @@ def _interface(
     nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
     temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
     law = HeatInterfaceLaw(
-        conductance_law(case, interface.heat), interface.heat.partition, radius, temperature
+        conductance_law(case, interface.heat),
+        interface.heat.partition,
+        radius,
+        temperature,
+        by_pressure=interface.heat.law not in ("insulated", "constant", "gas"),
     )
     return InterfaceLink(
         HeatInterface(name, nodes, law),

@@ -62,6 +62,7 @@ class HeatBalance:
         friction: Frictional heat that entered the bodies.
         obstacles: What came in from obstacles by conduction.
         strained: What straining brought.
+        moved: What moved inside: ∫ ρ₀ c |Δϑ| dV, and what crossed interfaces either way.
     """
 
     stored: float
@@ -70,6 +71,7 @@ class HeatBalance:
     friction: float
     obstacles: float
     strained: float
+    moved: float
 
     @property
     def defect(self) -> float:
@@ -287,10 +289,12 @@ class HeatSystem(Unknowns):
         weights = scheme.test[-1]
         mean = _combined(weights @ scheme.trial, weights @ scheme.trial_start, stages, step.theta)
         times = step.t + scheme.points * step.dt
-        stored = strained = loads = 0.0
+        stored = strained = loads = inside = crossed = 0.0
         for b, body in enumerate(self.bodies):
             if not scheme.steady:
-                stored += float(body.stored(end[b] - step.theta[b]).sum())
+                change = end[b] - step.theta[b]
+                stored += float(body.stored(change).sum())
+                inside += float(body.stored(np.abs(change)).sum())
             cooled = step.dt * float(body.cooled(step.theta[b], step.u[b], step.dt).sum())
             strained -= cooled
             loads += float(given[-1][b].sum()) + cooled
@@ -299,21 +303,24 @@ class HeatSystem(Unknowns):
         for interface, exchange in zip(self.interfaces, step.exchanges, strict=True):
             own = interface.nodes.is_of_body
             friction += step.dt * float(exchange.friction[own].sum())
-            if interface.conducts and interface.nodes.is_rigid:
+            if interface.conducts:
                 theta = interface.nodes.gather(mean, interface.obstacle_mean(times, weights))
-                obstacles -= step.dt * float((exchange.conduction @ theta)[own].sum())
+                power = step.dt * (exchange.conduction @ theta)
+                crossed += float(np.abs(power[: interface.nodes.mesh.n_nonmortar]).sum())
+                obstacles -= float(power[own].sum()) if interface.nodes.is_rigid else 0.0
         held = [
             float(residual[body][dofs].sum())
             for (body, _, _), dofs in zip(self._held, self._counted, strict=True)
         ]
-        sums = self.comm.allreduce(np.array((stored, strained, loads, *held)))
+        sums = self.comm.allreduce(np.array((stored, strained, loads, inside, *held)))
         return HeatBalance(
             stored=float(sums[0]),
-            held=tuple(float(v) for v in sums[3:]),
+            held=tuple(float(v) for v in sums[4:]),
             loads=float(sums[2]) - friction,
             friction=friction,
             obstacles=obstacles,
             strained=float(sums[1]),
+            moved=float(sums[3]) + crossed,
         )
 
 

@@ -35,6 +35,7 @@ class HeatStep:
         friction_defect: relative error of the interpolated frictional power before it was made
             that of mechanics, the largest of the interfaces [-].
         rings: what a time scheme does that rings, else empty.
+        moved: heat that moved inside the bodies and across interfaces, either way [J/m].
     """
 
     passes: int
@@ -51,6 +52,7 @@ class HeatStep:
     flow: dict[str, float]
     friction_defect: float
     rings: str
+    moved: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,7 @@ class HeatRecord:
             flow=flow,
             friction_defect=max((abs(e.defect) for e in outcome.exchanges), default=0.0),
             rings=self._rings(increments, outcome.dt, high - low),
+            moved=balance.moved,
         )
         return report, increments
 
