@@ -62,15 +62,17 @@ class Heat(Model):
 
     `scheme`: in time, the L-stable dG(k), cG(k) (22)-(27), or "steady". dG(1) is the default: of
     third order, and what is much faster than a step dies out. cG(1), of second order at the price
-    of one solve, may ring where a start is inconsistent or ρc tiny, which is said. `max_passes` of mechanics and heat per step, until
-    temperatures change less than `tolerance` of their range; `relaxation` "aitken" or a fixed
-    factor. `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
+    of one solve, may ring where a start is inconsistent or ρc tiny, which is said. A step in which
+    a pass of mechanics and heat changes temperatures, or by its gap a conductance, by more than a
+    percent is passed over again up to the fixed point. With `max_passes` that many are allowed,
+    until temperatures change less than `tolerance` of their range; 1 is the split of the article.
+    `relaxation`: "aitken" or a fixed factor. `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
     """
 
     scheme: Literal["cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"] = (
         "dG(1)"
     )
-    max_passes: Annotated[Count, Field(ge=1)] = 1
+    max_passes: Annotated[Count, Field(ge=1)] | None = None
     tolerance: Fraction = 1e-6
     relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = "aitken"
     thermoelastic: Flag = False

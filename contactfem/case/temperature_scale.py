@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from contactfem.common.time_table import Table, constant
 from contactfem.common.unit_parser import UnitError, has_zero, split
-from contactfem.common.user_function import FunctionRef
+from contactfem.common.user_function import FunctionRef, is_reference
 
 if TYPE_CHECKING:
     from contactfem.case.scene import Material
@@ -41,6 +41,18 @@ def given_temperature(case: Case, body: str) -> Table:
 
 def _stress_free(case: Case, body: str) -> Table:
     return constant(reference_temperature(case.materials[case.bodies[body].material]))
+
+
+def responds_to_temperature(case: Case) -> bool:
+    """Whether mechanics depends on temperatures: by expansion, friction or a user's law."""
+    materials = [case.materials[body.material] for body in case.bodies.values()]
+    frictions = [i.friction for i in case.interfaces.values() if i.friction is not None]
+    tables = [friction.coefficient_table for friction in frictions]
+    return (
+        any(material.expansion or material.model != "neo-hooke" for material in materials)
+        or any(is_reference(friction.law) for friction in frictions)
+        or any(table is not None and table.variable == "temperature" for table in tables)
+    )
 
 
 def broken_temperatures(case: Case) -> Iterator[str]:

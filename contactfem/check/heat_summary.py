@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from contactfem.case.temperature_scale import doubtful_temperatures, temperature_words
+from contactfem.case.temperature_scale import (
+    doubtful_temperatures,
+    responds_to_temperature,
+    temperature_words,
+)
 
 if TYPE_CHECKING:
     from contactfem.case.interface_laws import InterfaceHeat
@@ -52,7 +56,9 @@ def _passes(case: Case) -> str:
     assert case.heat is not None
     if not case.mechanics:
         return "without mechanics"
-    if case.heat.max_passes == 1:
+    if case.heat.max_passes is None and responds_to_temperature(case):
+        return "in turn with mechanics as often as a step needs"
+    if case.heat.max_passes in (None, 1):
         return "after the mechanics of each step"
     return f"in turn with mechanics, up to {case.heat.max_passes} passes"
 

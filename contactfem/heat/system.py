@@ -42,6 +42,8 @@ class HeatStepInput:
         theta: Temperatures at its start, flat local arrays of the bodies [K].
         u: Displacements at its start, likewise [m].
         exchanges: Of the interfaces, at its end.
+        before: Those at its start, from which conduction goes linearly to that at the end; empty
+            to take that of the end all along.
     """
 
     t: float
@@ -49,6 +51,13 @@ class HeatStepInput:
     theta: Sequence[Floats]
     u: Sequence[Floats]
     exchanges: Sequence[HeatExchange]
+    before: Sequence[HeatExchange] = ()
+
+    def shares(self, points: Floats) -> list[tuple[Floats, Sequence[HeatExchange]]]:
+        """Exchanges, and their share in conduction at points of the step in (0, 1]."""
+        if not self.before:
+            return [(np.ones_like(points), self.exchanges)]
+        return [(1.0 - points, self.before), (points, self.exchanges)]
 
 
 @dataclass(frozen=True)
@@ -184,7 +193,7 @@ class HeatSystem(Unknowns):
             PETSc.Error: The linear solver failed.
         """
         with self.timers.book("heat.assembly"):
-            self._matrix.update(step.dt, self.interfaces, step.exchanges)
+            self._matrix.update(step.dt, self.interfaces, step.shares(self.scheme.points))
         largest = self._largest(step.theta, stages)
         first, k = 0.0, 0
         while True:
@@ -267,13 +276,33 @@ class HeatSystem(Unknowns):
             if not scheme.steady:
                 for part, body, g in zip(parts, self.bodies, growth, strict=True):
                     part += body.stored(g)
-            obstacle = step.t + scheme.points * step.dt, scheme.test[k]
-            for interface, exchange in zip(self.interfaces, step.exchanges, strict=True):
-                if interface.conducts:
-                    mean_theta = interface.nodes.gather(mean, interface.obstacle_mean(*obstacle))
-                    power = step.dt * (exchange.conduction @ mean_theta)
-                    interface.nodes.scatter(power, parts)
+            for interface, power in self._crossing(step, stages, scheme.test[k]):
+                interface.nodes.scatter(power, parts)
             result.append(parts)
+        return result
+
+    def _crossing(
+        self, step: HeatStepInput, stages: Sequence[Sequence[Floats]], test: Floats
+    ) -> list[tuple[HeatInterface, Floats]]:
+        """Heat that leaves the nodes of each interface that conducts, weighted [J/m]; collective.
+
+        Conductance is linear over the step, so that the coupled scheme is of second order.
+        """
+        scheme, times = self.scheme, step.t + self.scheme.points * step.dt
+        shares = [(test * share, exchanges) for share, exchanges in step.shares(scheme.points)]
+        means = [
+            _combined(w @ scheme.trial, w @ scheme.trial_start, stages, step.theta)
+            for w, _ in shares
+        ]
+        result = []
+        for k, interface in enumerate(self.interfaces):
+            if not interface.conducts:
+                continue
+            power = np.zeros(len(interface.nodes.mesh.X))
+            for (w, exchanges), mean in zip(shares, means, strict=True):
+                theta = interface.nodes.gather(mean, interface.obstacle_mean(times, w))
+                power += step.dt * (exchanges[k].conduction @ theta)
+            result.append((interface, power))
         return result
 
     def _balance(
@@ -288,7 +317,6 @@ class HeatSystem(Unknowns):
         scheme = self.scheme
         weights = scheme.test[-1]
         mean = _combined(weights @ scheme.trial, weights @ scheme.trial_start, stages, step.theta)
-        times = step.t + scheme.points * step.dt
         stored = strained = loads = inside = crossed = 0.0
         for b, body in enumerate(self.bodies):
             if not scheme.steady:
@@ -303,11 +331,10 @@ class HeatSystem(Unknowns):
         for interface, exchange in zip(self.interfaces, step.exchanges, strict=True):
             own = interface.nodes.is_of_body
             friction += step.dt * float(exchange.friction[own].sum())
-            if interface.conducts:
-                theta = interface.nodes.gather(mean, interface.obstacle_mean(times, weights))
-                power = step.dt * (exchange.conduction @ theta)
-                crossed += float(np.abs(power[: interface.nodes.mesh.n_nonmortar]).sum())
-                obstacles -= float(power[own].sum()) if interface.nodes.is_rigid else 0.0
+        for interface, power in self._crossing(step, stages, weights):
+            own = interface.nodes.is_of_body
+            crossed += float(np.abs(power[: interface.nodes.mesh.n_nonmortar]).sum())
+            obstacles -= float(power[own].sum()) if interface.nodes.is_rigid else 0.0
         held = [
             float(residual[body][dofs].sum())
             for (body, _, _), dofs in zip(self._held, self._counted, strict=True)

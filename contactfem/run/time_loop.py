@@ -18,7 +18,7 @@ from contactfem.adaptivity.decisions import (
     RepeatStep,
 )
 from contactfem.case.schema import Case
-from contactfem.case.temperature_scale import given_temperature
+from contactfem.case.temperature_scale import given_temperature, responds_to_temperature
 from contactfem.case.time_points import stops
 from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
@@ -38,7 +38,7 @@ from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 if TYPE_CHECKING:
     from contactfem.adaptivity.adaptation import Adaptation
-    from contactfem.thermomechanics.staggered import HeatOutcome
+    from contactfem.thermomechanics.staggered import HeatOutcome, HeatStart
     from contactfem.thermomechanics.thermal_problem import Thermal
 
 
@@ -268,9 +268,7 @@ class Loop:
         )
         step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
         if self.heat is not None:
-            return self.heat.driver.attempt(
-                step, self.state.t, self.state.theta, self.state.thermal_u
-            )
+            return self.heat.driver.attempt(step, self.heat.start(self.state))
         assert self.solver is not None
         return self.solver.solve(step), None
 
@@ -370,9 +368,15 @@ class _HeatSide:
 
     def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
         from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import Passes, Staggered
+        from contactfem.thermomechanics.staggered import HeatStart, Passes, Staggered
 
         assert case.heat is not None
-        passes = Passes(case.heat.max_passes, case.heat.tolerance, case.heat.relaxation)
+        respond, given = responds_to_temperature(case), case.heat
+        passes = Passes(given.max_passes, given.tolerance, given.relaxation, respond)
+        self._start = HeatStart
         self.driver = Staggered(solver, thermal, passes)
         self.record = HeatRecord(thermal)
+
+    def start(self, state: State) -> HeatStart:
+        """What heat starts a step from."""
+        return self._start(state.t, state.theta, state.thermal_u, state.exchanges, state.rate)
