@@ -11,9 +11,10 @@ from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
 from contactfem.common.unit_parser import UnitError
 from contactfem.common.units import (
-    Conductance,
+    ConductanceField,
     Conductivity,
     ForcePerVolume,
+    Given,
     HeatFluxTable,
     Length,
     Pressure,
@@ -149,7 +150,8 @@ class InterfaceHeat(Model):
 
     `law`: "insulated"; "pressure", h = conductance (p / hardness)^exponent; "constant" where the
     surfaces touch; "gas", h = gas_conductivity / (gap + gas_distance), across open gaps too; or a
-    user's function h(p, g) as "file.py:function". `partition` of the frictional heat enters the
+    user's function h(p, g) as "file.py:function". `conductance` may vary over time and place, on
+    the undeformed nonmortar side. `partition` of the frictional heat enters the
     nonmortar side. `pressure` and `dissipation` (frictional heat per current area) stand in for
     those of mechanics.
     """
@@ -157,7 +159,7 @@ class InterfaceHeat(Model):
     law: Annotated[
         str, Field(pattern=r"^(insulated|pressure|constant|gas|[^:]+\.py:[A-Za-z_]\w*)$")
     ] = "insulated"
-    conductance: Annotated[Conductance, Field(ge=0)] | None = None
+    conductance: ConductanceField | None = None
     hardness: Annotated[Pressure, Field(gt=0)] | None = None
     exponent: Positive | None = None
     gas_conductivity: Annotated[Conductivity, Field(gt=0)] | None = None
@@ -165,6 +167,13 @@ class InterfaceHeat(Model):
     partition: Annotated[float, Field(strict=True, ge=0, le=1)] = 0.5
     pressure: PressureTable | None = None
     dissipation: HeatFluxTable | None = None
+
+    @field_validator("conductance")
+    @classmethod
+    def _not_negative(cls, value: Given | None) -> Given | None:
+        if value is not None and min(value.values, default=0.0) < 0.0:
+            raise ValueError("must be >= 0")
+        return value
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

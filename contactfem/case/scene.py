@@ -12,6 +12,7 @@ from contactfem.case.base import (
     Finite,
     Flag,
     Model,
+    Motion,
     PlateForce,
     Traction,
     unit_vector,
@@ -30,12 +31,12 @@ from contactfem.common.units import (
     Length,
     Number,
     Pressure,
-    PressureTable,
+    PressureField,
+    Given,
     Temperature,
     TemperatureField,
     TemperatureTable,
 )
-from contactfem.common.user_function import FunctionRef
 from contactfem.meshes import MeshSpec
 
 Modulus = Annotated[Pressure, Field(gt=0)]
@@ -234,14 +235,17 @@ IN_VOLUME = ("body_force", "heat_source")
 class Condition(Model):
     """One condition on a surface "body.surface", on a "body", or on a body's vertex `at`.
 
-    `heat_flux` enters through the current surface, `heat_source` per reference volume.
+    `heat_flux` enters through the current surface, `heat_source` per reference volume. Values of
+    all but a grip may vary over place: as a table over one coordinate of the undeformed body,
+    { over = "x", table = [["0 mm", "1 MPa"], ["10 mm", "2 MPa"]], factor = 1.0 }, whose `factor` may
+    be one over time, or by a function "file.py:function" of x (dim, n) and t.
     """
 
     on: str
     at: Position | None = None
-    displacement: Displacement | None = None
+    displacement: Motion | None = None
     traction: Traction | None = None
-    pressure: PressureTable | None = None
+    pressure: PressureField | None = None
     body_force: BodyForce | None = None
     grip: Grip | None = None
     temperature: TemperatureField | None = None
@@ -272,7 +276,7 @@ class Condition(Model):
         return self.kind in THERMAL
 
     @property
-    def field(self) -> Table | FunctionRef | None:
+    def field(self) -> Given | None:
         """Value of a thermal condition over time, or over place and time: ϑ, flux or source."""
         return self.temperature or self.heat_flux or self.heat_source
 
@@ -286,7 +290,7 @@ class Condition(Model):
         """Name of the body's surface, if it is on one."""
         return self.on.partition(".")[2] or None
 
-    def components(self) -> dict[str, Table]:
+    def components(self) -> dict[str, Given]:
         """Prescribed displacement components, of the surface or of its grip."""
         given = self.grip.displacement if self.grip is not None else self.displacement
         return {str(axis): table for axis, table in (given or {}).items()}

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 from contactfem.common.time_table import Table, constant
 from contactfem.common.unit_parser import UnitError, has_zero, split
-from contactfem.common.user_function import FunctionRef, is_reference
+from contactfem.common.user_function import is_reference
 
 if TYPE_CHECKING:
     from contactfem.case.scene import Material
     from contactfem.case.schema import Case
+    from contactfem.common.units import Given
 
 ROOM = (250.0, 400.0)  # [K] rises of this size are more likely absolute temperatures
 COLD = 100.0  # [K] absolute temperatures below are more likely rises
@@ -27,7 +28,7 @@ def reference_temperature(material: Material) -> float:
     return material.reference_temperature or 0.0
 
 
-def initial_temperature(case: Case, body: str) -> Table | FunctionRef:
+def initial_temperature(case: Case, body: str) -> Given:
     """Temperature that a body starts from: given, or that of its stress-free state [K]."""
     given = case.bodies[body].initial_temperature
     return _stress_free(case, body) if given is None else given

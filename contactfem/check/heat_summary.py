@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from contactfem.common.time_table import Table
 from contactfem.case.temperature_scale import (
     doubtful_temperatures,
     responds_to_temperature,
@@ -65,10 +66,13 @@ def _passes(case: Case) -> str:
 
 def _interface(heat: InterfaceHeat, *, has_friction: bool) -> str:
     """Conductance and the share of frictional heat, in words."""
+    h = heat.conductance
+    uniform = isinstance(h, Table) and not h.times
+    coefficient = h.values[0] if h is not None and uniform else "h(x, t)"
     laws = {
         "insulated": "insulated",
-        "constant": f"h = {heat.conductance} W/m²/K in contact",
-        "pressure": f"h = {heat.conductance} W/m²/K (p / {heat.hardness} Pa)^{heat.exponent}",
+        "constant": f"h = {coefficient} W/m²/K in contact",
+        "pressure": f"h = {coefficient} W/m²/K (p / {heat.hardness} Pa)^{heat.exponent}",
         "gas": f"h = {heat.gas_conductivity} W/m/K / (gap + {heat.gas_distance} m)",
     }
     law = laws.get(heat.law, f"h by {heat.law}")

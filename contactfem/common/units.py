@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from contactfem.common.place_time import Profile
 from contactfem.common.time_table import Table, constant
 from contactfem.common.unit_parser import (
     DIMENSIONS,
@@ -228,21 +229,49 @@ class TableOf:
 
 @dataclass(frozen=True)
 class FieldOf(TableOf):
-    """Marks a `Table`, or a user's function of place and time, of the dimension of `symbol`."""
+    """Marks a `Table`, a `Profile`, or a user's function of place and time, of one dimension."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Editors see a quantity, rows of time and quantity, or the name of a function."""
         table = super().__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [*table["anyOf"], {"type": "string", "examples": ["fields.py:source"]}]}
+        over = {"type": "object", "required": ["over", "table"], "examples": [_profile(self.symbol)]}
+        function = {"type": "string", "examples": ["fields.py:source"]}
+        return {"anyOf": [*table["anyOf"], over, function]}
 
     def _table(self, value: object, info: ValidationInfo) -> Any:
-        if isinstance(value, FunctionRef):
+        if isinstance(value, FunctionRef | Profile):
             return value
+        if isinstance(value, dict):
+            return self._over_place(value, info)
         if isinstance(value, str) and is_reference(value):
             return reference(value)
         return super()._table(value, info)
+
+
+    def _over_place(self, value: dict[str, object], info: ValidationInfo) -> Profile:
+        """A table over one coordinate, { over = "x", table = [[place, value], ...] }."""
+        symbol = (info.context or {}).get("units", {}).get(self.symbol, self.symbol)
+        axis, rows = value.get("over"), value.get("table")
+        known = axis in ("x", "y", "z") and value.keys() <= {"over", "table", "factor"}
+        if not known or not isinstance(rows, list | tuple):
+            raise _wrong("is not a table over a coordinate", f"{_profile(symbol)}")
+        pairs = _rows(rows, symbol)
+        places = tuple(read_quantity(row[0], "m", info) for row in pairs)
+        for before, after in pairwise(places):
+            if not before < after:
+                raise _wrong(f"places are out of order: {after:g} m follows {before:g} m", "ascending")
+        values = tuple(read_quantity(row[1], symbol, info) for row in pairs)
+        factor = TableOf("")._table(value.get("factor", 1.0), info)
+        return Profile(("x", "y", "z").index(str(axis)), places, values, factor)
+
+
+def _profile(symbol: str) -> str:
+    """Example of a table over a coordinate."""
+    example = EXAMPLES.get(symbol, f"1 {symbol}")
+    rows = f"[['0 mm', '{example}'], ['10 mm', '{example}']]"
+    return f"{{ over = 'x', table = {rows} }}"
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
@@ -280,6 +309,11 @@ LineForceTable = Annotated[Table, TableOf("N/m")]
 
 Conductance = Annotated[float, Quantity("W/m^2/K")]
 HeatFluxTable = Annotated[Table, TableOf("W/m^2")]
-TemperatureField = Annotated[Table | FunctionRef, FieldOf("K")]
-HeatFluxField = Annotated[Table | FunctionRef, FieldOf("W/m^2")]
-HeatSourceField = Annotated[Table | FunctionRef, FieldOf("W/m^3")]
+Given = Table | Profile | FunctionRef
+TemperatureField = Annotated[Given, FieldOf("K")]
+HeatFluxField = Annotated[Given, FieldOf("W/m^2")]
+HeatSourceField = Annotated[Given, FieldOf("W/m^3")]
+LengthField = Annotated[Given, FieldOf("m")]
+PressureField = Annotated[Given, FieldOf("Pa")]
+VolumeForceField = Annotated[Given, FieldOf("N/m^3")]
+ConductanceField = Annotated[Given, FieldOf("W/m^2/K")]

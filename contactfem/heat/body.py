@@ -14,14 +14,13 @@ from ufl.core.expr import Expr
 
 from petsc4py import PETSc
 
+from contactfem.common.place_time import PlaceTime
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
 from contactfem.fem.compat import CellExpression, assemble_into, local_matrix
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
-
-PlaceTime = Callable[[Floats, float], Floats]
 
 
 @dataclass(frozen=True)

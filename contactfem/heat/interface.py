@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.heat.interface_nodes import HeatNodes
@@ -65,6 +66,8 @@ class HeatInterfaceLaw:
         partition: Share of the frictional heat that enters the nonmortar side [-].
         search_radius: How far apart the surfaces look for each other [m].
         obstacle: Temperature of a rigid mortar side over time [K]; None if it conducts nothing.
+        coefficient: That conductance is multiplied with, over time or over time and reference place
+            of the nonmortar side; None for 1.
         by_pressure: Whether conductance depends on more than whether there is pressure.
     """
 
@@ -72,6 +75,7 @@ class HeatInterfaceLaw:
     partition: float
     search_radius: float
     obstacle: Table | None = None
+    coefficient: Table | Varying | None = None
     by_pressure: bool = False
 
 
@@ -131,7 +135,7 @@ class HeatInterface:
         pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
         segments = cut(mesh, x, normals.n, pairs, differentiate=False)
         points = integration_points(mesh, x, normals, segments)
-        h = self._conductance(points, pressure)
+        h = self._conductance(points, pressure, t)
         d = points.values(dissipation)
         raw = float(self._sum(np.array([np.sum(points.weight * d)]))[0])
         if power is not None and power > 0.0 and raw <= 0.0:  # where nothing is opposite
@@ -145,12 +149,20 @@ class HeatInterface:
         means = self._means(points, h, scale * d)
         return HeatExchange(conduction, self._sum(friction), defect, means)
 
-    def _conductance(self, points: IntegrationPoints, pressure: Floats | None) -> Floats:
+    def _conductance(
+        self, points: IntegrationPoints, pressure: Floats | None, t: float
+    ) -> Floats:
         """h per nonmortar area at the points [W/m²/K], (s, q)."""
         if self.law.conductance is None or not self.conducts:
             return np.zeros_like(points.weight)
         p = points.touching.astype(np.float64) if pressure is None else points.values(pressure)
         h = self.law.conductance(p, points.gap).h
+        if isinstance(self.law.coefficient, Varying):
+            X = points.vectors(self.nodes.mesh.X)
+            at = X.reshape(-1, X.shape[2]).T
+            h = h * np.reshape(self.law.coefficient(at, t), h.shape)
+        elif self.law.coefficient is not None:
+            h = h * self.law.coefficient(t)
         return np.asarray(h * np.where(points.gap > 0.0, logarithmic_mean(points.ratio), 1.0))
 
     def _scale(self, load: Floats, raw: float, power: float | None) -> tuple[float, float]:

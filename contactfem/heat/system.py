@@ -8,11 +8,12 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from contactfem.common.place_time import PlaceTime
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import Unknowns
-from contactfem.heat.body import HeatBody, PlaceTime
+from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.heat.stage_matrix import StageMatrix
 from contactfem.heat.time_schemes import TimeScheme

@@ -43,6 +43,10 @@ class IntegrationPoints:
         """Nonmortar nodal values at the points, (s, q)."""
         return np.asarray(np.einsum("sqi,si->sq", self.N, nodal[self.nonmortar]))
 
+    def vectors(self, nodal: Floats) -> Floats:
+        """Nonmortar nodal vectors (n, dim) at the points, (s, q, dim)."""
+        return np.asarray(np.einsum("sqi,sik->sqk", self.N, nodal[self.nonmortar]))
+
     def jump(self) -> tuple[Ints, Floats]:
         """Nodes (s, 4), and the weights (s, q, 4) that make ϑ_nm - ϑ_m of their temperatures."""
         z = self.zeta[:, :, None]
