@@ -90,6 +90,7 @@ class HeatBody:
         self.u = fem.Function(self.displacement_space)
         self.n_owned = self.V.dofmap.index_map.size_local
         self.vertex_dofs, self.vertices = dofs_at_vertices(domain, self.V)
+        self.loads = tuple(loads)
         self._forms = _Forms(self, loads, axisymmetric)
 
     @property

@@ -156,6 +156,10 @@ class HeatSystem(Unknowns):
         for body, dofs, value in self._held:
             arrays[body][dofs] = value(t)
 
+    def prescribed(self, t: float) -> list[Floats | float]:
+        """Prescribed temperatures of a time on this rank, per condition [K]."""
+        return [value(t) for _, dofs, value in self._held if len(dofs)]
+
     def solve(self, step: HeatStepInput) -> HeatSolution:
         """Temperatures at the end of a step, with the bodies' present displacement; collective.
 

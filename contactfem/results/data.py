@@ -36,6 +36,9 @@ class HeatStep:
             that of mechanics, the largest of the interfaces [-].
         rings: what a time scheme does that rings, else empty.
         moved: heat that moved inside the bodies and across interfaces, either way [J/m].
+        bounds: that temperatures cannot leave by the maximum principle, lower and upper [K]; None
+            where a source, friction or straining lifts one.
+        outside: how far they left them, over the range of temperatures [-].
     """
 
     passes: int
@@ -53,6 +56,8 @@ class HeatStep:
     friction_defect: float
     rings: str
     moved: float = 0.0
+    bounds: tuple[float | None, float | None] = (None, None)
+    outside: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ RUN_UNITS = {
     "heat.balance_defect": "",
     "heat.friction_defect": "",
     "heat.passes.max": "",
+    "heat.outside": "",
     "heat.ringing_steps": "",
     "cost.heat_to_newton": "",
     "cost.transfer_share": "",
@@ -78,6 +79,7 @@ def heat_of_steps(steps: Sequence[StepReport]) -> dict[str, float]:
         "heat.temperature_min": min(step.temperature_min for step in found),
         "heat.balance_defect": balance_defect(found),
         "heat.friction_defect": max(step.friction_defect for step in found),
+        "heat.outside": max(step.outside for step in found),
         "heat.passes.max": float(max(step.passes for step in found)),
         "heat.ringing_steps": float(sum(bool(step.rings) for step in found)),
     }

@@ -32,6 +32,7 @@ from contactfem.discretisation.state import State, initial_state
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, StepReport
+from contactfem.run.verdict import heat_verdict
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
@@ -154,6 +155,8 @@ class Loop:
             if self.solver is not self.reusing:
                 self._use(self.reusing)
             self._choose_step(report, verdict.dt)
+        for text in heat_verdict(self.case, self.reports):
+            self._warn(text)
         self._keep(self.keeper.finish)
         return ""
 
@@ -316,7 +319,10 @@ class Loop:
         warmed = None
         if self.heat is not None and heat is not None:
             warmed, self.state.increments = self.heat.record.step(
-                heat, self.state.theta, self.state.increments
+                heat,
+                self.state.theta,
+                self.state.increments,
+                self.reports[-1].heat if self.reports else None,
             )
             pairs = zip(self.state.theta, heat.solution.theta, strict=True)
             self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
