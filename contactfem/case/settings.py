@@ -98,7 +98,8 @@ class Adaptivity(Model):
     of interfaces, for pressures that are finer than the stress asks for. `aspect` lets new thermal
     cells there be so many times longer than thick, up to `contact_size` if that is given: a thin
     layer of heat then needs few cells. Errors are judged after `start`; those of heat and time as
-    soon as temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
+    soon as temperatures of a body are further apart than `least_temperature`, those of mechanics as
+    soon as stress over Young's modulus is above `least_strain`: what is round-off needs no mesh.
     """
 
     tolerance: Ratio | None = None
@@ -115,6 +116,7 @@ class Adaptivity(Model):
     max_remeshes: Count = 3
     start: Annotated[Duration, Field(ge=0)] = 0.0
     least_temperature: Annotated[TemperatureDifference, Field(ge=0)] = 1e-3
+    least_strain: Annotated[Number, Field(ge=0)] = 1e-9
 
     @model_validator(mode="after")
     def _some(self) -> Self:
