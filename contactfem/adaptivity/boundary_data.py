@@ -14,8 +14,8 @@ from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
-from contactfem.common.units import Given
 from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.common.units import Given
 from contactfem.discretisation.given_data import given
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.meshes.data import matches
@@ -65,7 +65,8 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
             found = _load(case, table, middle[at], t)
             value[at, "xy".index(axis)] += found / stretch[at]
         if condition.pressure is not None:
-            value[at] -= np.reshape(_load(case, condition.pressure, middle[at], t), (-1, 1)) * normal[at]
+            found = _load(case, condition.pressure, middle[at], t)
+            value[at] -= found[:, None] * normal[at]
     known[_of_interfaces(case, body, view, facets)] = False
     if case.axisymmetric:
         known[_on_axis(view.data.points, facets), 0] = False

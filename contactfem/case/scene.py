@@ -13,12 +13,13 @@ from contactfem.case.base import (
     Traction,
 )
 from contactfem.case.interface_laws import Friction, InterfaceHeat, NormalLaw
-from contactfem.common.time_table import Table, constant
+from contactfem.common.time_table import constant
 from contactfem.common.units import (
     Conductance,
     Conductivity,
     Density,
     Expansion,
+    Given,
     HeatCapacity,
     HeatFluxField,
     HeatSourceField,
@@ -26,7 +27,6 @@ from contactfem.common.units import (
     Number,
     Pressure,
     PressureField,
-    Given,
     Temperature,
     TemperatureField,
     TemperatureTable,

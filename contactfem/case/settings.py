@@ -181,7 +181,8 @@ class Adaptivity(Model):
     )
     least_temperature: Annotated[TemperatureDifference, Field(ge=0)] = Field(
         default=1e-3,
-        description="spread of a body's temperatures above which errors of heat and time are judged",
+        description="spread of temperatures in a body above which errors of heat and time are "
+        "judged",
     )
     least_strain: Annotated[Number, Field(ge=0)] = Field(
         default=1e-9,

@@ -72,10 +72,14 @@ def broken_temperatures(case: Case) -> Iterator[str]:
     for name in sorted(used):
         material = case.materials[name]
         if case.mechanics and material.expansion and material.reference_temperature is None:
-            yield f"materials.{name}: {why}; give its reference_temperature, that expansion counts from"
+            yield (
+                f"materials.{name}: {why}; give its reference_temperature, that expansion counts "
+                "from"
+            )
     for name, body in case.bodies.items() if case.heat is not None else ():
-        material = case.materials.get(body.material)
-        unknown = material is not None and material.reference_temperature is None
+        unknown = body.material in used and (
+            case.materials[body.material].reference_temperature is None
+        )
         if unknown and body.initial_temperature is None:
             yield f"bodies.{name}: {why}; give its initial_temperature, or its material a reference"
     for number, condition in enumerate(case.conditions):

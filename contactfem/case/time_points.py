@@ -27,9 +27,10 @@ def stops(case: Case) -> list[float]:
 
 def _tables(condition: Condition) -> list[Given]:
     """All values over time of a condition."""
-    given: list[dict[str, Given] | None] = [condition.traction, condition.body_force]
-    given += [condition.grip.force] if condition.grip else []
-    tables = [table for group in given if group for table in group.values()]
+    tables: list[Given] = []
+    for group in (condition.traction, condition.body_force):
+        tables += (group or {}).values()
+    tables += condition.grip.force.values() if condition.grip else []
     tables += [condition.pressure] if condition.pressure else []
     tables += [condition.field] if condition.field is not None else []
     tables += [condition.convection.ambient] if condition.convection else []

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from contactfem.common.time_table import Table
 from contactfem.case.temperature_scale import (
     doubtful_temperatures,
     responds_to_temperature,
     temperature_words,
 )
+from contactfem.common.time_table import Table
 
 if TYPE_CHECKING:
     from contactfem.case.interface_laws import InterfaceHeat

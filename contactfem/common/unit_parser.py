@@ -168,7 +168,9 @@ def has_zero(text: str) -> bool:
 def kelvin(number: float, scale: str) -> float:
     """Absolute temperature of a value on a scale such as "degC" [K]."""
     degree, zero = SCALES[scale.strip()]
-    return float(Decimal(repr(number)) + Decimal("273.15")) if degree == 1.0 else number * degree + zero
+    if degree == 1.0:
+        return float(Decimal(repr(number)) + Decimal(repr(zero)))
+    return number * degree + zero
 
 
 def scaled(number: float, factor: float) -> float:

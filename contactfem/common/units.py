@@ -237,7 +237,8 @@ class FieldOf(TableOf):
     ) -> dict[str, Any]:
         """Editors see a quantity, rows of time and quantity, or the name of a function."""
         table = super().__get_pydantic_json_schema__(schema, handler)
-        over = {"type": "object", "required": ["over", "table"], "examples": [_profile(self.symbol)]}
+        example = _profile(self.symbol)
+        over = {"type": "object", "required": ["over", "table"], "examples": [example]}
         function = {"type": "string", "examples": ["fields.py:source"]}
         return {"anyOf": [*table["anyOf"], over, function]}
 
@@ -250,7 +251,6 @@ class FieldOf(TableOf):
             return reference(value)
         return super()._table(value, info)
 
-
     def _over_place(self, value: dict[str, object], info: ValidationInfo) -> Profile:
         """A table over one coordinate, { over = "x", table = [[place, value], ...] }."""
         symbol = (info.context or {}).get("units", {}).get(self.symbol, self.symbol)
@@ -262,7 +262,8 @@ class FieldOf(TableOf):
         places = tuple(read_quantity(row[0], "m", info) for row in pairs)
         for before, after in pairwise(places):
             if not before < after:
-                raise _wrong(f"places are out of order: {after:g} m follows {before:g} m", "ascending")
+                why = f"places are out of order: {after:g} m follows {before:g} m"
+                raise _wrong(why, "ascending places")
         values = tuple(read_quantity(row[1], symbol, info) for row in pairs)
         factor = TableOf("")._table(value.get("factor", 1.0), info)
         return Profile(("x", "y", "z").index(str(axis)), places, values, factor)

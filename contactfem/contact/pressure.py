@@ -45,7 +45,7 @@ def continuous_pressure(c: ContactState, comm: MPI.Comm) -> Floats:
     keep = sp.diags((~lumped & carries).astype(np.float64))
     own = sp.diags((lumped | ~carries).astype(np.float64))
     values = spsolve(sp.csc_matrix(keep @ matrix + own), np.where(lumped, mean, right * carries))
-    return np.maximum(np.asarray(trial @ np.reshape(values, n)), 0.0)
+    return np.asarray(np.maximum(trial @ np.reshape(values, n), 0.0))
 
 
 def _mass(c: ContactState, comm: MPI.Comm) -> sp.csr_matrix:

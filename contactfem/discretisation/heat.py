@@ -157,12 +157,13 @@ def _interface(
         moves[:count] = held < PRESCRIBED
     nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
     temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
+    h = interface.heat.conductance
     law = HeatInterfaceLaw(
         conductance_law(case, interface.heat),
         interface.heat.partition,
         radius,
         temperature,
-        coefficient=given(case, h) if (h := interface.heat.conductance) and varies(interface.heat) else None,
+        coefficient=given(case, h) if h is not None and varies(interface.heat) else None,
         by_pressure=interface.heat.law not in ("insulated", "constant", "gas"),
     )
     return InterfaceLink(

@@ -149,10 +149,8 @@ class HeatInterface:
         means = self._means(points, h, scale * d)
         return HeatExchange(conduction, self._sum(friction), defect, means)
 
-    def _conductance(
-        self, points: IntegrationPoints, pressure: Floats | None, t: float
-    ) -> Floats:
-        """h per nonmortar area at the points [W/m²/K], (s, q)."""
+    def _conductance(self, points: IntegrationPoints, pressure: Floats | None, t: float) -> Floats:
+        """Conductance per nonmortar area at the points [W/m²/K], (s, q)."""
         if self.law.conductance is None or not self.conducts:
             return np.zeros_like(points.weight)
         p = points.touching.astype(np.float64) if pressure is None else points.values(pressure)

@@ -31,7 +31,7 @@ def widened(
         The bounds; collective.
     """
     times = [float(s) for s in t + dt * np.union1d(system.scheme.nodes, system.scheme.points)]
-    seen = [np.zeros(0)]
+    seen: list[Floats] = [np.zeros(0)]
     heats = any(float(exchange.friction.sum()) > 0.0 for exchange in exchanges)
     cools = False
     for body in system.bodies:
@@ -48,7 +48,9 @@ def widened(
     for interface in system.interfaces:
         if interface.conducts and interface.law.obstacle is not None:
             seen.append(np.array([interface.law.obstacle(s) for s in times]))
-    seen += [np.atleast_1d(values) for s in times for values in system.prescribed(s)]
+    seen += [
+        np.array(values, np.float64, ndmin=1) for s in times for values in system.prescribed(s)
+    ]
     lowest, highest = _range(system.comm, seen)
     low, high = bounds
     return (

@@ -296,14 +296,14 @@ class HeatSystem(Unknowns):
         scheme, times = self.scheme, step.t + self.scheme.points * step.dt
         shares = [(test * share, exchanges) for share, exchanges in step.shares(scheme.points)]
         means = [
-            _combined(w @ scheme.trial, w @ scheme.trial_start, stages, step.theta)
+            _combined(w @ scheme.trial, float(w @ scheme.trial_start), stages, step.theta)
             for w, _ in shares
         ]
-        result = []
+        result: list[tuple[HeatInterface, Floats]] = []
         for k, interface in enumerate(self.interfaces):
             if not interface.conducts:
                 continue
-            power = np.zeros(len(interface.nodes.mesh.X))
+            power: Floats = np.zeros(len(interface.nodes.mesh.X))
             for (w, exchanges), mean in zip(shares, means, strict=True):
                 theta = interface.nodes.gather(mean, interface.obstacle_mean(times, w))
                 power += step.dt * (exchanges[k].conduction @ theta)

@@ -27,7 +27,8 @@ class IntegrationPoints:
         weight: Of the integration over the current surface [m], (s, q).
         ratio: Area of the mortar side over that of the nonmortar side, both seen along the normal,
             positive [-], (s, q).
-        touching: Whether the gap is closed as far as straight facets on curved surfaces tell, (s, q).
+        touching: Whether the gap is closed as far as straight facets on curved surfaces tell,
+            (s, q).
     """
 
     nonmortar: Ints

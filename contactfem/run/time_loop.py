@@ -32,8 +32,8 @@ from contactfem.discretisation.state import State, initial_state
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, StepReport
-from contactfem.run.verdict import heat_verdict
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
+from contactfem.run.verdict import heat_verdict
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 

@@ -52,7 +52,8 @@ class InterfaceLink:
         density, power = np.zeros(n), None
         if c is not None:
             varies = self.heat.law.by_pressure
-            pressure = continuous_pressure(c, self.heat.nodes.comm) if varies else contact_pressure(c)
+            comm = self.heat.nodes.comm
+            pressure = continuous_pressure(c, comm) if varies else contact_pressure(c)
             if self.has_friction:
                 density, power = friction_heat(c, dt)
         if self.pressure is not None:

@@ -15,7 +15,6 @@ from contactfem.laws.active_set import ActiveSet
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.thermomechanics.thermal_problem import Thermal
 
-
 NOTABLE = 0.01  # change of temperatures or a conductance that is followed up
 FIXED = 1e-4  # change of temperatures over their range at which they count as a fixed point
 LIMIT = 40  # passes to a fixed point
@@ -114,9 +113,7 @@ class Staggered:
     def __init__(self, solver: NewtonSolver | None, thermal: Thermal, passes: Passes) -> None:
         self._solver, self._thermal, self._passes = solver, thermal, passes
 
-    def attempt(
-        self, step: StepInput, start: HeatStart
-    ) -> tuple[SolveReport, HeatOutcome | None]:
+    def attempt(self, step: StepInput, start: HeatStart) -> tuple[SolveReport, HeatOutcome | None]:
         """Solve one step; collective. The start of the step is not changed, the bodies are.
 
         Args:

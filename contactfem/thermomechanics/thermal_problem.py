@@ -94,16 +94,14 @@ class Thermal:
         return self.system.solve(HeatStepInput(t, dt, theta, u, exchanges, before)), exchanges
 
     def expansions(self, difference: Sequence[Floats]) -> float:
-        """How far a difference of temperatures would move a surface, Σ α L max |Δϑ| [m]; collective."""
+        """How far a difference of temperatures moves a surface, Σ α L max |Δϑ| [m]; collective."""
         comm = self.system.comm
         largest = np.array([float(np.abs(d).max(initial=0.0)) for d in difference])
         comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
         lengths = [link.expansion * link.extent for link in self.links]
         return float(largest @ np.array(lengths))
 
-    def conductance_change(
-        self, conditions: Sequence[ContactState | None], moved: float
-    ) -> float:
+    def conductance_change(self, conditions: Sequence[ContactState | None], moved: float) -> float:
         """Largest relative change of a conductance if its gap grows by a length [-].
 
         Args:

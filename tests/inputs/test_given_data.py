@@ -1,5 +1,7 @@
 """Data of a case that vary over place and time: functions and tables over one coordinate."""
 
+# ruff: noqa: E501
+
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,5 +1,7 @@
 """What temperatures cannot do is said in the verdict of the run."""
 
+# ruff: noqa: E501
+
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,5 +1,7 @@
 """Temperatures are absolute or rises, never both; expansion counts from the stress-free state."""
 
+# ruff: noqa: E501
+
 from collections.abc import Callable
 from pathlib import Path
 

@@ -147,7 +147,8 @@ def test_limit_of_the_isothermal_split(written, tmp_path, delta, D, strain):
     conductivity = D * capacity * (10e-3 / np.pi) ** 2
     size = 1e-4  # [K]
     (tmp_path / "mode.py").write_text(
-        f"import numpy as np\ndef mode(x, t):\n    return 293.0 + {size} * np.cos(np.pi * x[1] / 10e-3)\n"
+        "import numpy as np\n"
+        f"def mode(x, t):\n    return 293.0 + {size} * np.cos(np.pi * x[1] / 10e-3)\n"
     )
     steps = 24
     text = COLUMN.format(strain=strain, steps=steps, capacity=capacity, conductivity=conductivity)

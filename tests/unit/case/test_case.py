@@ -84,8 +84,8 @@ BROKEN = {
     "bodies.upper.mesh.nx=2.5": "bodies.upper.mesh.nx = 2.5: must be a whole number",
     "bodies.upper=3": "bodies.upper = 3: must be a table",
     "conditions=3": "conditions = 3: must be a list",
-    'bodies.upper.temperature="20 degRe"': "bodies.upper.temperature = 20 degRe: 'degRe' has a zero "
-    "of its own; give kelvin; give a temperature such as '20 K'",
+    'bodies.upper.temperature="20 degRe"': "bodies.upper.temperature = 20 degRe: 'degRe' has a "
+    "zero of its own; give kelvin; give a temperature such as '20 K'",
     # meshes
     'bodies.upper.mesh.builder="blok"': "bodies.upper.mesh.builder = blok: must have 'file' or a "
     "'builder', one of block, box, cylinder, die, disk, extrusion, graded_block, graded_box, "
