@@ -19,7 +19,7 @@ from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.place_time import Varying
 from contactfem.common.time_table import constant
-from contactfem.common.typing import Bools, Floats
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.common.units import Given
 from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
