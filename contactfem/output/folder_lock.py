@@ -1,4 +1,4 @@
-"""Lock on the folder of a run: one run at a time writes into it."""
+"""Lock on the folder of a run."""
 
 import fcntl
 import os

@@ -1,4 +1,4 @@
-"""Verdict on a run's heat: bounds that temperatures left, and a lag that stayed."""
+"""Verdict on a run's heat."""
 
 from collections.abc import Iterator, Sequence
 
