@@ -19,7 +19,7 @@ from contactfem.common.text import one_line
 from contactfem.errors import CheckpointError
 from contactfem.results.data import Failure, StepReport
 
-FORMAT = 1  # of the arrays and the head; another one cannot be read
+FORMAT = 2  # of the arrays and the head; another one cannot be read
 NAME, PREVIOUS = "checkpoint.npz", "checkpoint.previous.npz"
 
 

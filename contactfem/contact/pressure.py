@@ -7,7 +7,6 @@ from scipy.sparse.linalg import spsolve
 from mpi4py import MPI
 
 from contactfem.common.typing import Bools, Floats
-from contactfem.contact.rim import edge_values
 from contactfem.contact.state import ContactState
 
 COVERED = 0.5  # covered share of a node's facets below which its pressure is that of its multiplier
@@ -15,7 +14,7 @@ COVERED = 0.5  # covered share of a node's facets below which its pressure is th
 
 def contact_pressure(c: ContactState) -> Floats:
     """Pressure of the multipliers at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
-    return np.asarray(np.maximum(np.where(c.active, edge_values(c)[0], 0.0), 0.0))
+    return np.asarray(np.maximum(np.where(c.active, c.pressure, 0.0), 0.0))
 
 
 def continuous_pressure(c: ContactState, comm: MPI.Comm) -> Floats:
@@ -33,7 +32,7 @@ def continuous_pressure(c: ContactState, comm: MPI.Comm) -> Floats:
         Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,).
     """
     mesh, mean = c.operators.mesh, contact_pressure(c)
-    if mesh.basis == "standard":
+    if mesh.basis == "standard" or mesh.dim != 2:
         return mean
     active, carries = c.active, mesh.has_multiplier
     if not active.any():
