@@ -174,4 +174,4 @@ class System(Unknowns):
 
 def _distinct(parts: Iterable[Ints]) -> Ints:
     """Numbers that are in any of some arrays, each once."""
-    return np.unique(np.concatenate(list(parts)))
+    return np.asarray(np.unique(np.concatenate(list(parts))), np.int64)
