@@ -14,7 +14,7 @@ from contactfem.audit.loads import in_volume, means, of_pressure, on_surface
 from contactfem.audit.look import AuditState, Finding, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
-from contactfem.case.obstacles import Circle, Plane
+from contactfem.case.obstacles import Circle, Plane, Polyline, RigidCylinder, Sphere
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.place_time import Varying
@@ -175,14 +175,17 @@ class Inspector:
         """Obstacles at a time [s]."""
         result = []
         for name, o in self._case.obstacles.items():
-            at = np.array([o.displacement[axis].at(t, self._ramp_end) for axis in AXES[:2]])
+            at = np.array([x.at(t, self._ramp_end) for x in o.motion(self._case.axes)])
             if isinstance(o, Plane):
                 points = np.array((np.array(o.point) + at, o.normal))
                 result.append(ObstacleShape(name, "plane", points))
-            elif isinstance(o, Circle):
+            elif isinstance(o, Circle | Sphere):
                 centre = np.array((o.center,)) + at
                 result.append(ObstacleShape(name, "circle", centre, o.radius, o.inside))
-            else:
+            elif isinstance(o, RigidCylinder):
+                line = np.array((np.array(o.point) + at, o.axis))
+                result.append(ObstacleShape(name, "cylinder", line, o.radius, o.inside))
+            elif isinstance(o, Polyline):
                 chain = np.array(o.points) + at
                 result.append(ObstacleShape(name, "polyline", chain, closed=o.closed))
         return tuple(result)
