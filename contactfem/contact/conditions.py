@@ -229,7 +229,7 @@ class Contact:
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
-        speed: Floats = lengths(slip) / history.dt
+        speed: Floats = np.divide(lengths(slip), history.dt)
         return SlipState(p, speed, temperature)
 
     def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
