@@ -31,8 +31,9 @@ from contactfem.mortar.interface_mesh import (
     half_lengths,
     nodal_normals,
 )
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
-from contactfem.mortar.segments import Segments, cut, find_pairs
+from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, WEIGHT_ENTRY, assemble
+from contactfem.mortar.search_range import SearchRange
+from contactfem.mortar.segments import Segments, find_segments
 from contactfem.mortar.sparse import Sparse
 
 
@@ -46,7 +47,7 @@ class ContactLaw:
         c_n: Factor on c in the trial pressure [-].
         c_t: Factor on c in the trial traction [-].
         stiffness: Softer Young's modulus of the two sides [Pa].
-        search_radius: How far apart the surfaces look for each other [m].
+        reach: How far apart the surfaces look for each other.
         normal_compliance: 1/ε_N of a penalty (13) [m/Pa], (n_nonmortar,); zero for exact contact.
         tangential_compliance: 1/c_T of regularised friction [m/Pa], likewise.
         augmented: Whether estimates of pressure and traction take the compliance's place.
@@ -57,7 +58,7 @@ class ContactLaw:
     c_n: float
     c_t: float
     stiffness: float
-    search_radius: float
+    reach: SearchRange
     normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     augmented: bool = False
@@ -98,7 +99,8 @@ class Operators:
         normals: Normal field of the nonmortar side.
         D: D_jj [m], (n,).
         M: M_jl [m], (n, n_nodes).
-        gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
+        gap: Mean gap ∫ w_j g / ∫ w_j [m], (n,); infinite where nothing is covered.
+        weight: ∫ w_j [m], (n,).
         full: D_jj of wholly covered facets [m], (n,).
         length: Half the length of the facets at each node [m], (n,): `full` without an axis.
         segments: This rank's segments.
@@ -110,6 +112,7 @@ class Operators:
     D: Floats
     M: sp.csr_matrix
     gap: Floats
+    weight: Floats
     full: Floats
     length: Floats
     segments: Segments
@@ -205,20 +208,22 @@ class Contact:
         """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
         mesh, n = self.mesh, self.mesh.n_nonmortar
         normals = nodal_normals(mesh, x)
-        pairs = find_pairs(mesh, x, normals.n, self.my_facets, self.law.search_radius)
-        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+        segments = find_segments(mesh, x, normals.n, self.my_facets, self.law.reach)
         mine = assemble(mesh, x, segments, normals)
         row, col, value = (
             np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
             for part in (mine.row, mine.col, mine.value)
         )
         D: Floats = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n).astype(np.float64)
-        weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
+        weighted, weight = (
+            np.bincount(row[col == kind], value[col == kind], n).astype(np.float64)
+            for kind in (GAP_ENTRY, WEIGHT_ENTRY)
+        )
         at = col >= 0
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
-        gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
+        gap = np.divide(weighted, weight, out=np.full(n, np.inf), where=weight > 0.0)
         full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, full, length, segments, mesh)
+        return Operators(x, normals, D, M, gap, weight, full, length, segments, mesh)
 
     def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
         """Status of every node from its trial state, and the residuals of the conditions.

@@ -6,10 +6,13 @@ from contactfem.common.typing import Bools, Floats
 from contactfem.laws.complementarity import Status, Trial
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
+NEAR = 0.25  # of the surface's extent, and two facets at least: gaps that count for that range
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
+def first_contact(
+    gap: Floats, size: Floats, seen: Bools, held_by_contact: bool, extent: float = np.inf
+) -> Trial | None:
     """Status that a first contact starts from: some nodes stick for one iteration.
 
     Args:
@@ -18,13 +21,16 @@ def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool)
         seen: Nodes that carry a multiplier and face the other side, (n,).
         held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
             the lowest 30 % of the range of gaps close, otherwise those that touch.
+        extent: Of the surface [m]; gaps wider by more than a quarter of it do not count.
 
     Returns:
         Status of every node; None where no node touches and none has to.
     """
     stick = seen & (np.abs(gap) <= TOUCH * size)
     if held_by_contact and seen.any():
-        low, high = gap[seen].min(), gap[seen].max()
+        low = gap[seen].min()
+        near = max(NEAR * extent, 4.0 * float(size.max()))
+        high = gap[seen & (gap <= low + near)].max()
         stick = seen & (gap <= low + FIRST_CONTACT * (high - low))
     if not stick.any():
         return None

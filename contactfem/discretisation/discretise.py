@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case.base import AXES
-from contactfem.case.contact_parameters import constants, search_radius
+from contactfem.case.contact_parameters import constants
 from contactfem.case.element_choice import element_of
 from contactfem.case.law_factory import friction_law
 from contactfem.case.scene import Condition, Material, Plane, Polyline
@@ -21,6 +21,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Contact, ContactLaw
 from contactfem.discretisation.meshes import ON_AXIS, GivenMeshes, mechanical_mesh, thermal_mesh
+from contactfem.discretisation.search import search_range
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.fem.dof_numbering import Grip, Prescribed
@@ -180,7 +181,7 @@ def _heat(
             face = meshes[body].surface(surface)
             rigid = interface.mortar in case.obstacles
             obstacle = _obstacle(case, interface.mortar, face.X) if rigid else None
-            sides[name] = obstacle, search_radius(interface, face), free.get(name)
+            sides[name] = obstacle, free.get(name)
         return discretise_heat(case, bodies, thermal, sides, comm, timers, known)
 
 
@@ -314,7 +315,7 @@ def _interface(
         c_n=found.c_n,
         c_t=found.c_t,
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=found.search_radius,
+        reach=search_range(case, name, meshes, system.comm),
         normal_compliance=found.normal_compliance,
         tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
@@ -329,15 +330,20 @@ def _obstacle(case: Case, name: str, X: Floats) -> RigidSide:
     if isinstance(obstacle, Plane):
         point, normal = np.array(obstacle.point), np.array(obstacle.normal)
         centre = X.mean(0) - normal * (normal @ (X.mean(0) - point))
-        tables = [t for c in case.conditions for t in c.components().values()] + list(motion)
-        travel = max((abs(v) for table in tables for v in table.values), default=0.0)
-        extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
+        extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 4 * _travel(case)
         return plane_side(centre.tolist(), obstacle.normal, extent, motion)
     if isinstance(obstacle, Polyline):
         return polyline_side(np.array(obstacle.points), obstacle.closed, motion)
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
+
+
+def _travel(case: Case) -> float:
+    """Length that all led motions of a case together cannot exceed [m]."""
+    tables = [table for c in case.conditions for table in c.components().values()]
+    tables += [table for o in case.obstacles.values() for table in o.displacement.values()]
+    return float(sum(max(map(abs, table.values), default=0.0) for table in tables))
 
 
 def _is_unheld(case: Case, name: str, mesh: BodyMesh) -> bool:

@@ -13,6 +13,7 @@ from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
 from contactfem.common.user_function import FunctionRef, is_reference, reference
+from contactfem.discretisation.search import search_range
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad, PlaceTime
@@ -32,7 +33,7 @@ def discretise_heat(
     case: Case,
     bodies: Mapping[str, BodyProblem],
     meshes: Mapping[str, BodyMesh],
-    sides: Mapping[str, tuple[RigidSide | None, float, Bools | None]],
+    sides: Mapping[str, tuple[RigidSide | None, Bools | None]],
     comm: MPI.Comm,
     timers: Timers,
     before: Thermal | None = None,
@@ -43,8 +44,8 @@ def discretise_heat(
         case: The case, with heat.
         bodies: Its mechanical problems.
         meshes: Thermal meshes of the bodies.
-        sides: Of every interface the obstacle, if its mortar side is one, the search radius [m],
-            and which components of its mechanical nodes contact may move, if there is mechanics.
+        sides: Of every interface the obstacle, if its mortar side is one, and
+            which components of its mechanical nodes contact may move, if there is mechanics.
         comm: All ranks.
         timers: Where time is booked.
         before: A heat side, of which bodies are taken whose mesh is the same.
@@ -153,11 +154,11 @@ def _interface(
     meshes: Mapping[str, BodyMesh],
     heat: list[HeatBody],
     system: HeatSystem,
-    side: tuple[RigidSide | None, float, Bools | None],
+    side: tuple[RigidSide | None, Bools | None],
 ) -> InterfaceLink:
     """Heat side of an interface, with the ways between its mechanical and thermal surfaces."""
     interface = case.interfaces[name]
-    obstacle, radius, free = side
+    obstacle, free = side
     index = {body: k for k, body in enumerate(bodies)}
     owner, _, surface = interface.nonmortar.partition(".")
     nonmortar = BodySide(index[owner], meshes[owner].surface(surface))
@@ -176,8 +177,9 @@ def _interface(
         moves[:count] = held < HELD
     nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
     temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
+    reach = search_range(case, name, meshes, system.comm)
     law = HeatInterfaceLaw(
-        conductance_law(case, interface.heat), interface.heat.partition, radius, temperature
+        conductance_law(case, interface.heat), interface.heat.partition, reach, temperature
     )
     return InterfaceLink(
         HeatInterface(name, nodes, law),

@@ -15,7 +15,8 @@ from contactfem.heat.body import HeatBody
 from contactfem.laws.conductance import ConductanceLaw
 from contactfem.mechanics.interface_nodes import BodySide, RigidSide
 from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField, nodal_normals
-from contactfem.mortar.segments import Segments, cut, find_pairs
+from contactfem.mortar.search_range import SearchRange
+from contactfem.mortar.segments import Segments, find_segments
 from contactfem.results.data import SurfaceHeat
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(3)  # of each segment
@@ -64,13 +65,13 @@ class HeatInterfaceLaw:
     Attributes:
         conductance: h of pressure and gap; None where no heat passes.
         partition: Share of the frictional heat that enters the nonmortar side [-].
-        search_radius: How far apart the surfaces look for each other [m].
+        reach: How far apart the surfaces look for each other.
         obstacle: Temperature of a rigid mortar side over time [K]; None if it conducts nothing.
     """
 
     conductance: ConductanceLaw | None
     partition: float
-    search_radius: float
+    reach: SearchRange
     obstacle: Table | None = None
 
 
@@ -225,8 +226,7 @@ class HeatInterface:
         """
         mesh = self.nodes.mesh
         normals = nodal_normals(mesh, x)
-        pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
-        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+        segments = find_segments(mesh, x, normals.n, self._facets, self.law.reach)
         points = integration_points(mesh, x, normals, segments)
         h = np.zeros_like(points.weight)
         if self.law.conductance is not None and self.conducts:

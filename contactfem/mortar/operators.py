@@ -11,14 +11,14 @@ from contactfem.mortar.sparse import Sparse
 
 TINY_COVER = 1e-14  # covered share of a facet below which it counts as uncovered (round-off)
 FULL = (1.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0)  # ∫ N N of a whole facet, stands in for an uncovered one
-D_ENTRY, GAP_ENTRY = -1, -2  # as in the kernel
+D_ENTRY, GAP_ENTRY, WEIGHT_ENTRY = -1, -2, -3  # as in the kernel
 
 
 @dataclass(frozen=True)
 class Mortar:
     """Operators of one interface as a list of entries; repeated entries add up.
 
-    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a
+    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ w_j g with w_j = N_j^q ≥ 0. In M also stand, with the sign of a
     mortar entry, the nonmortar nodes without multiplier (modified basis): always Σ_l M_jl = D_jj.
 
     Standard multipliers have Φ_j = N_j and a mass matrix ∫ Φ_j N_k that is not diagonal. D_jj is
@@ -29,7 +29,8 @@ class Mortar:
 
     Attributes:
         row: Nonmortar node j of every entry, shape (e,).
-        col: Node l of the entries of M, D_ENTRY for those of D, GAP_ENTRY for those of g, (e,).
+        col: Node l of the entries of M, D_ENTRY for those of D, GAP_ENTRY for those of g,
+            WEIGHT_ENTRY for ∫ w_j, (e,).
         value: Entries [m] (of g: [m²]), shape (e,).
         derivative: Of the entries with respect to the positions of all nodes, (e, 2 n_nodes); None
             where not asked for.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from contactfem._kernels import ffi, lib
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.sparse import Sparse
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
@@ -20,10 +21,10 @@ class Segments:
     Attributes:
         facets: Nonmortar and mortar facet of each segment, shape (s, 2).
         span: Interval of the nonmortar facet coordinate ξ in [-1, 1], shape (s, 2).
-        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], N1g, N2g [m²], shape (s, 7); around an axis
-            all of them times a length.
+        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], w1g, w2g [m²], w1, w2 [m], shape (s, 9);
+            around an axis all of them times a length.
         derivatives: Of the integrals with respect to the positions of a, b, the normals at a, b and
-            the positions of c, d, shape (s, 7, 12); None where not asked for.
+            the positions of c, d, shape (s, 9, 12); None where not asked for.
     """
 
     facets: Ints
@@ -32,17 +33,36 @@ class Segments:
     derivatives: Floats | None
 
 
+def find_segments(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, reach: SearchRange
+) -> Segments:
+    """Segments of some nonmortar facets: search, cut, and drop what is deeper than may be.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+        normals: Nodal normals [-], shape (n_nonmortar, 2).
+        chosen: Nonmortar facets, shape (k,).
+        reach: How far to look.
+
+    Returns:
+        The segments, without derivatives.
+    """
+    pairs = find_pairs(mesh, x, normals, chosen, reach)
+    return cut(mesh, x, normals, pairs, differentiate=False, behind=reach.behind)
+
+
 def find_pairs(
-    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, radius: float
+    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, reach: SearchRange | float
 ) -> Ints:
-    """Candidate facet pairs: facing each other and nearer than the search radius.
+    """Candidate facet pairs: facing each other and not further apart than the search reaches.
 
     Args:
         mesh: The interface.
         x: Current positions [m], shape (n_nodes, 2).
         normals: Nodal normals [-], shape (n_nonmortar, 2).
         chosen: Nonmortar facets to search for, shape (k,).
-        radius: Search radius along the normals [m].
+        reach: How far along the normals, or one radius for both directions [m].
 
     Returns:
         Pairs (nonmortar facet, mortar facet) ordered by both, shape (p, 2).
@@ -50,16 +70,19 @@ def find_pairs(
     Raises:
         ValueError: The radius is not positive.
     """
+    if not isinstance(reach, SearchRange):
+        reach = SearchRange.within(reach, len(mesh.nonmortar))
+    reach = reach.limited(x)
     nonmortar = np.ascontiguousarray(mesh.nonmortar[chosen])
     capacity = 4 * len(nonmortar) + 4 * len(mesh.mortar) + 16
     while True:
         pairs: Ints = np.empty((capacity, 2), np.int64)
         count = lib.cf_pairs(
             _read(x), _read(normals), len(nonmortar), _read_int(nonmortar), len(mesh.mortar),
-            _read_int(mesh.mortar), radius, capacity, _write_int(pairs),
+            _read_int(mesh.mortar), reach.ahead, _read(reach.behind[chosen]), capacity, _write_int(pairs),
         )  # fmt: skip
         if count < 0:
-            raise ValueError(f"search radius {radius:g} m: must be positive")
+            raise ValueError(f"search radius {reach.ahead:g} m: must be positive")
         if count <= capacity:
             break
         capacity = count
@@ -69,7 +92,12 @@ def find_pairs(
 
 
 def cut(
-    mesh: InterfaceMesh, x: Floats, normals: Floats, pairs: Ints, differentiate: bool
+    mesh: InterfaceMesh,
+    x: Floats,
+    normals: Floats,
+    pairs: Ints,
+    differentiate: bool,
+    behind: Floats | None = None,
 ) -> Segments:
     """Segments of candidate pairs; where several mortar facets cover one place, the nearest stands.
 
@@ -79,12 +107,17 @@ def cut(
         normals: Nodal normals [-], shape (n_nonmortar, 2).
         pairs: Candidates, shape (p, 2).
         differentiate: Whether the derivatives of the integrals are wanted.
+        behind: Largest overlap of every nonmortar facet [m], (k,); None for any.
 
     Returns:
         The segments that are not empty.
     """
     span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
     keep = span[:, 1] > span[:, 0]
+    if behind is not None:
+        weight = integrals[:, 7:].sum(1)
+        gap = integrals[:, 5:7].sum(1)
+        keep &= gap >= -behind[pairs[:, 0]] * weight
     keep[hidden(pairs[:, 0], span, distance, keep)] = False
     found = Segments(pairs[keep], span[keep], integrals[keep], None)
     if not differentiate:
@@ -108,7 +141,7 @@ def differentiated(
         The chosen segments.
     """
     facets = segments.facets[chosen]
-    derivatives = np.empty((len(facets), 7, 12))
+    derivatives = np.empty((len(facets), 9, 12))
     _integrals(mesh, x, normals, facets, derivatives)
     return Segments(facets, segments.span[chosen], segments.integrals[chosen], derivatives)
 
@@ -118,10 +151,10 @@ def _integrals(
 ) -> tuple[Floats, Floats, Floats]:
     """Interval, integrals and mean distance of every pair; fills derivatives where given."""
     p = len(pairs)
-    span, integrals, distance = np.empty((p, 2)), np.empty((p, 7)), np.empty(p)
+    span, integrals, distance = np.empty((p, 2)), np.empty((p, 9)), np.empty(p)
     lib.cf_segments(
         _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar),
-        mesh.axisymmetric, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
+        mesh.axisymmetric, mesh.gap_power, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
         ffi.NULL if derivatives is None else _write(derivatives),
     )  # fmt: skip
     return span, integrals, distance
@@ -145,12 +178,12 @@ def entries(
     Returns:
         Rows, columns, values, and derivatives by positions where the segments have them.
     """
-    (e, covered, A, dA), room = on_facets, 12 * len(segments.facets)
+    (e, covered, A, dA), room = on_facets, 14 * len(segments.facets)
     rows, columns, values = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
     by = segments.derivatives is not None
     segment, by_integrals, by_masses = (
         np.empty(room, np.int64),
-        np.empty(7 * room),
+        np.empty(9 * room),
         np.empty(3 * room),
     )
     count = lib.cf_entries(

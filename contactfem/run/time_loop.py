@@ -285,7 +285,8 @@ class Loop:
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
         seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        return first_contact(operators.gap, operators.length, seen, k in self.alone)
+        extent = float(np.hypot(*np.ptp(operators.x[: len(seen)], axis=0)))
+        return first_contact(operators.gap, operators.length, seen, k in self.alone, extent)
 
     def _accept(
         self,

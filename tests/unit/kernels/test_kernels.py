@@ -28,9 +28,9 @@ def cut(x, normals, pairs=((0, 0),), facets=FACETS, differentiate=True, axisymme
     """Call the kernel, into arrays that hold rubbish; count, range, integrals, distance, slopes."""
     pairs = np.array(pairs, np.int64).reshape(-1, 2)
     s = len(pairs)
-    out = [np.full(shape, np.nan) for shape in ((s, 2), (s, 7), s, (s, 7, 12))]
+    out = [np.full(shape, np.nan) for shape in ((s, 2), (s, 9), s, (s, 9, 12))]
     count = lib.cf_segments(
-        doubles(x), doubles(normals), *(integers(f) for f in facets), axisymmetric, s,
+        doubles(x), doubles(normals), *(integers(f) for f in facets), axisymmetric, 4, s,
         integers(pairs),
         *(doubles(a) for a in out[:3]), doubles(out[3]) if differentiate else ffi.NULL,
     )  # fmt: skip
@@ -41,7 +41,8 @@ def find(x, normals, nonmortar, mortar, radius, capacity=10_000):
     pairs = np.full((capacity, 2), -7, np.int64)
     count = lib.cf_pairs(
         doubles(x), doubles(normals), len(nonmortar), integers(nonmortar), len(mortar),
-        integers(mortar), radius, capacity, integers(pairs),
+        integers(mortar), radius, doubles(np.full(len(nonmortar), radius)), capacity,
+        integers(pairs),
     )  # fmt: skip
     return count, pairs
 
