@@ -31,7 +31,7 @@ from contactfem.mortar.interface_mesh import (
     half_lengths,
     nodal_normals,
 )
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, WEIGHT_ENTRY, assemble
+from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.segments import Segments, find_segments
 from contactfem.mortar.sparse import Sparse
@@ -99,8 +99,7 @@ class Operators:
         normals: Normal field of the nonmortar side.
         D: D_jj [m], (n,).
         M: M_jl [m], (n, n_nodes).
-        gap: Mean gap ∫ w_j g / ∫ w_j [m], (n,); infinite where nothing is covered.
-        weight: ∫ w_j [m], (n,).
+        gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
         full: D_jj of wholly covered facets [m], (n,).
         length: Half the length of the facets at each node [m], (n,): `full` without an axis.
         segments: This rank's segments.
@@ -112,7 +111,6 @@ class Operators:
     D: Floats
     M: sp.csr_matrix
     gap: Floats
-    weight: Floats
     full: Floats
     length: Floats
     segments: Segments
@@ -215,15 +213,12 @@ class Contact:
             for part in (mine.row, mine.col, mine.value)
         )
         D: Floats = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n).astype(np.float64)
-        weighted, weight = (
-            np.bincount(row[col == kind], value[col == kind], n).astype(np.float64)
-            for kind in (GAP_ENTRY, WEIGHT_ENTRY)
-        )
+        weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
         at = col >= 0
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
-        gap = np.divide(weighted, weight, out=np.full(n, np.inf), where=weight > 0.0)
+        gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
         full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, weight, full, length, segments, mesh)
+        return Operators(x, normals, D, M, gap, full, length, segments, mesh)
 
     def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
         """Status of every node from its trial state, and the residuals of the conditions.

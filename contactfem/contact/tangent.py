@@ -8,7 +8,7 @@ from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Conditions, Contact
 from contactfem.laws.complementarity import Status
 from contactfem.mortar.interface_mesh import NormalField
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, WEIGHT_ENTRY, Mortar, assemble
+from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.mortar.segments import differentiated
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 
@@ -107,18 +107,16 @@ def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> list[Triple
     slope = c.kappa_slope / op.full
     active, stick = c.active[j], (c.status == Status.STICK)[j]
     is_D, is_gap, is_M = entries.col == D_ENTRY, entries.col == GAP_ENTRY, entries.col >= 0
-    weight = np.where(op.weight > 0.0, op.weight, 1.0)
+    D = np.where(op.D > 0.0, op.D, 1.0)
     gap = np.where(c.active, op.gap, 0.0)
     D0 = np.where(history.D > 0.0, history.D, 1.0)
     triplets = []
     at = is_D & active
-    triplets.append((first + 2 * j[at], e[at], (p * slope)[j[at]]))
+    triplets.append((first + 2 * j[at], e[at], (-gap / D + p * slope)[j[at]]))
     at = is_D & stick
     triplets.append((first + 2 * j[at] + 1, e[at], (-t * slope)[j[at]]))
     at = is_gap & active
-    triplets.append((first + 2 * j[at], e[at], (1.0 / weight)[j[at]]))
-    at = (entries.col == WEIGHT_ENTRY) & active
-    triplets.append((first + 2 * j[at], e[at], (-gap / weight)[j[at]]))
+    triplets.append((first + 2 * j[at], e[at], (1.0 / D)[j[at]]))
     by_slip = _by_slip(c)
     at = is_M & (by_slip != 0.0)[j]
     reach = op.x[entries.col[at]] - op.x[j[at]]

@@ -20,24 +20,23 @@ int64_t cf_pairs(const double *x, const double *normals, int64_t n_nonmortar, co
                  int64_t capacity, int64_t *pairs);
 
 /* The segment of every pair: range[2*s], range[2*s+1] is its interval of the facet coordinate xi in
- * [-1, 1] (empty: both 0). integrals[9*s + i], over the segment with N the nonmortar shape functions:
- *   0: N1 N1   1: N1 N2   2: N2 N2   3: N1 zeta   4: N2 zeta   5: w1 g   6: w2 g   7: w1   8: w2
- * with zeta in [0, 1] the mortar facet coordinate of the projection, g the gap [m] and the weights
- * of the gap w = N^gap_power.
+ * [-1, 1] (empty: both 0). integrals[7*s + i], over the segment with N the nonmortar shape functions:
+ *   0: N1 N1   1: N1 N2   2: N2 N2   3: N1 zeta   4: N2 zeta   5: N1 g   6: N2 g
+ * with zeta in [0, 1] the mortar facet coordinate of the projection and g the gap [m].
  * If axisymmetric is not 0 all of them are taken around the axis x = 0: times 2 pi x of nonmortar.
- * distance[s] is the mean |g|. derivatives, if not NULL, is (pairs, 9, 12): with respect to the
+ * distance[s] is the mean |g|. derivatives, if not NULL, is (pairs, 7, 12): with respect to the
  * positions of a and b, the normals at a and b, and the positions of the mortar nodes c and d. */
 int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
-                    const int64_t *mortar, int32_t axisymmetric, int32_t gap_power, int64_t n_pairs,
+                    const int64_t *mortar, int32_t axisymmetric, int64_t n_pairs,
                     const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
-/* Entries of the mortar operators: D_jj = int Phi_j and M_jl = int Phi_j N_l, with Phi = A N on each
- * facet, the weighted gap g_j = int w_j g and its weight int w_j; also, with the sign of a mortar entry, those of nonmortar nodes (see Mortar
+/* Entries of the mortar operators: D_jj = int Phi_j, M_jl = int Phi_j N_l and g_j = int w_j g, with
+ * Phi = A N on each facet and w = (Phi + N) / 2; also, with the sign of a mortar entry, those of nonmortar nodes (see Mortar
  * in mortar.py). facet[s] numbers the covered facets with their basis: A is (facets, 2, 2), dA by the
  * first three integrals of the facet (facets, 2, 2, 3), or NULL for a constant basis. Nodes that do
- * not carry a multiplier, and facets that are not covered, have no entries. Writes at most 14 of each
- * segment: row, column (-1 for D, -2 for g, -3 for int w), value; and, unless NULL, the segment and the derivatives
+ * not carry a multiplier, and facets that are not covered, have no entries. Writes at most 12 of each
+ * segment: row, column (-1 for D, -2 for g), value; and, unless NULL, the segment and the derivatives
  * for cf_entry_rows. Returns how many. */
 int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar, const uint8_t *carries,
                    int32_t standard, int64_t n_segments, const int64_t *pairs,
@@ -48,7 +47,7 @@ int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar, const uint8_
 /* Derivatives by positions of some quantities of segments, as rows of a sparse matrix. Segments stand
  * ordered by nonmortar facet (pairs[2*s]), with `derivatives` from cf_segments. Quantity e belongs to
  * segment[e], ascending, and changes by
- *   sum_i by_integrals[9*e + i] dq_i(own segment) + sum_i by_masses[3*e + i] sum_s dq_i(s)
+ *   sum_i by_integrals[7*e + i] dq_i(own segment) + sum_i by_masses[3*e + i] sum_s dq_i(s)
  * with the first three integrals summed over the m segments of its facet. around and by_around say on
  * which three nodes the normal of a nonmortar node depends, (n, 3), and how, (n, 2, 3, 2). Row e has
  * 12 + 4*m entries: the nodes around a, around b, then c and d of each segment of the facet; columns

@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr int n_integrals = 9;
+constexpr int n_integrals = 7;
 constexpr int n_masses = 3; // the integrals that the basis of a facet depends on
 constexpr int n_inputs = 12; // what segments are differentiated by, see cf_segments
 constexpr int n_around = 12; // two components of the three nodes that the normals at a and b depend on
@@ -43,7 +43,7 @@ void add(double factor, const double *row, int count, double *to) {
     to[i] += factor * row[i];
 }
 
-constexpr int64_t d_column = -1, gap_column = -2, weight_column = -3;
+constexpr int64_t d_column = -1, gap_column = -2;
 using Integrals = std::array<double, n_integrals>;
 
 // What an entry is made of: sums of integrals over its segment.
@@ -51,7 +51,6 @@ constexpr Integrals whole[2] = {{1, 1}, {0, 1, 1}};               // int N_i
 constexpr Integrals toward_d[2] = {{0, 0, 0, 1}, {0, 0, 0, 0, 1}}; // int N_i zeta
 constexpr Integrals toward_c[2] = {{1, 1, 0, -1}, {0, 1, 1, 0, -1}};
 constexpr Integrals gaps[2] = {{0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 1}};
-constexpr Integrals weights[2] = {{0, 0, 0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 0, 0, 1}};
 constexpr Integrals shared = {0, 1}; // int N_1 N_2
 
 Integrals combined(double a, const Integrals &p, double b, const Integrals &q) {
@@ -116,8 +115,12 @@ extern "C" int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar,
       const double *da = dA == nullptr ? nullptr : dA + 12 * facet[s] + 6 * k;
       const int64_t row = ends[k];
       out.add(row, d_column, s, q, whole[k]);
-      out.add(row, gap_column, s, q, gaps[k]);
-      out.add(row, weight_column, s, q, weights[k]);
+      // The gap is weighted with the mean of Phi and N; beside a node without multiplier with N.
+      const double of_basis = carries[ends[1 - k]] ? 0.5 : 0.0;
+      const double own = 1.0 - of_basis + of_basis * a[k], far = of_basis * a[1 - k];
+      out.add(row, gap_column, s, q, combined(own, gaps[k], far, gaps[1 - k]));
+      if (of_basis > 0.0)
+        out.add_basis(of_basis * dot(gaps[0], q), of_basis * dot(gaps[1], q), da);
       const std::pair<int64_t, const Integrals *> through_basis[] = {
           {others[0], toward_c}, {others[1], toward_d}};
       for (const auto &[column, parts] : through_basis) {

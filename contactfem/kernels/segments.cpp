@@ -8,7 +8,7 @@
 namespace {
 
 constexpr int n_inputs = 12;
-constexpr int n_integrals = 9;
+constexpr int n_integrals = 7;
 // Three points: exact where the normal is constant (two would do), else the error is of the fourth
 // order in its turn along the facet.
 constexpr int n_points = 3;
@@ -34,11 +34,6 @@ template <typename T> Point<T> at(const Point<T> &a, const Point<T> &b, const T 
   const T n1 = 0.5 * (1.0 - xi), n2 = 0.5 * (1.0 + xi);
   return {n1 * a.x + n2 * b.x, n1 * a.y + n2 * b.y};
 }
-
-struct Rule {
-  bool axisymmetric;
-  int gap_power;
-};
 
 template <typename T> struct Pair {
   Point<T> a, b, na, nb, c, d;
@@ -110,15 +105,8 @@ bool covered(const Pair<T> &s, const Pair<double> &plain_pair, T *lo, T *hi) {
   return opposed(plain_pair, value(*lo)) && opposed(plain_pair, value(*hi));
 }
 
-// w N^power
-template <typename T> T weighted(T w, const T &n, int power) {
-  for (int k = 0; k < power; ++k)
-    w = w * n;
-  return w;
-}
-
 template <typename T>
-void integrate(const Pair<T> &s, const Rule &rule, const T &lo, const T &hi, T *q,
+void integrate(const Pair<T> &s, bool axisymmetric, const T &lo, const T &hi, T *q,
                double *distance) {
   using std::sqrt;
   const Point<T> edge = s.b - s.a, mortar_edge = s.d - s.c;
@@ -133,13 +121,12 @@ void integrate(const Pair<T> &s, const Rule &rule, const T &lo, const T &hi, T *
     const T gap = dot(xm - x, n) / sqrt(dot(n, n)); // (2)
     weight += value(w);
     mean += value(w) * std::abs(value(gap));
-    if (rule.axisymmetric)
+    if (axisymmetric)
       w = turn * x.x * w;
     const T w1 = w * (0.5 * (1.0 - xi)), w2 = w * (0.5 * (1.0 + xi));
     const T n1 = 0.5 * (1.0 - xi), n2 = 0.5 * (1.0 + xi);
-    const T g1 = weighted(w, n1, rule.gap_power), g2 = weighted(w, n2, rule.gap_power);
-    const T add[n_integrals] = {w1 * n1,  w1 * n2,  w2 * n2, w1 * zeta, w2 * zeta,
-                                g1 * gap, g2 * gap, g1,      g2};
+    const T add[n_integrals] = {w1 * n1,   w1 * n2,   w2 * n2, w1 * zeta,
+                                w2 * zeta, w1 * gap, w2 * gap};
     for (int i = 0; i < n_integrals; ++i)
       q[i] = q[i] + add[i];
   }
@@ -167,25 +154,25 @@ Pair<Dual<n_inputs>> differentiated(const Pair<double> &s) {
 }
 
 template <typename T>
-bool segment(const Pair<T> &s, const Pair<double> &values, const Rule &rule, double *range, T *q,
+bool segment(const Pair<T> &s, const Pair<double> &values, bool axisymmetric, double *range, T *q,
              double *distance) {
   T lo, hi;
   if (!covered(s, values, &lo, &hi))
     return false;
   range[0] = value(lo);
   range[1] = value(hi);
-  integrate(s, rule, lo, hi, q, distance);
+  integrate(s, axisymmetric, lo, hi, q, distance);
   return true;
 }
 
 } // namespace
 
 extern "C" int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmortar,
-                               const int64_t *mortar, int32_t axisymmetric, int32_t gap_power,
-                               int64_t n_pairs, const int64_t *pairs, double *range,
-                               double *integrals, double *distance, double *derivatives) {
+                               const int64_t *mortar, int32_t axisymmetric, int64_t n_pairs,
+                               const int64_t *pairs, double *range, double *integrals,
+                               double *distance, double *derivatives) {
   const Input in{x, normals, nonmortar, mortar};
-  const Rule rule{axisymmetric != 0, gap_power};
+  const bool around = axisymmetric != 0;
   int64_t found = 0;
   for (int64_t s = 0; s < n_pairs; ++s) {
     const Pair<double> pair = gather(in, pairs[2 * s], pairs[2 * s + 1]);
@@ -193,11 +180,11 @@ extern "C" int64_t cf_segments(const double *x, const double *normals, const int
     std::fill(q, q + n_integrals, 0.0);
     range[2 * s] = range[2 * s + 1] = distance[s] = 0.0;
     if (derivatives == nullptr) {
-      found += segment(pair, pair, rule, range + 2 * s, q, distance + s);
+      found += segment(pair, pair, around, range + 2 * s, q, distance + s);
       continue;
     }
     Dual<n_inputs> live_q[n_integrals];
-    found += segment(differentiated(pair), pair, rule, range + 2 * s, live_q, distance + s);
+    found += segment(differentiated(pair), pair, around, range + 2 * s, live_q, distance + s);
     for (int i = 0; i < n_integrals; ++i) {
       q[i] = live_q[i].v;
       std::copy(live_q[i].d.begin(), live_q[i].d.end(),

@@ -13,7 +13,6 @@ from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.sparse import Sparse, joined
 
 Basis = Literal["dual", "standard"]
-GAP_POWER = 4
 
 
 @dataclass(frozen=True)
@@ -47,17 +46,6 @@ class InterfaceMesh:
     axisymmetric: bool = False
     directions: "Directions | None" = None
     shared: Bools | None = None
-
-    @property
-    def gap_power(self) -> int:
-        """Power q of the shape functions that weights the gap, w_j = N_j^q.
-
-        Positive weights make no penetration of a gap that opens; dual functions, negative on the
-        far third of a facet, do. A gap that opens by κ s²/2 to both sides of a node is seen with an
-        error of κ/2 times the second moment of the weight: h²/6 for q = 1, h²/21 for q = 4, -h²/6
-        for dual functions. Standard multipliers keep q = 1: their exact conditions.
-        """
-        return 1 if self.basis == "standard" else GAP_POWER
 
     @property
     def n_nodes(self) -> int:

@@ -21,10 +21,10 @@ class Segments:
     Attributes:
         facets: Nonmortar and mortar facet of each segment, shape (s, 2).
         span: Interval of the nonmortar facet coordinate ξ in [-1, 1], shape (s, 2).
-        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], w1g, w2g [m²], w1, w2 [m], shape (s, 9);
-            around an axis all of them times a length.
+        integrals: ∫ N1N1, N1N2, N2N2 [m], N1ζ, N2ζ [m], N1g, N2g [m²], shape (s, 7); around an axis
+            all of them times a length.
         derivatives: Of the integrals with respect to the positions of a, b, the normals at a, b and
-            the positions of c, d, shape (s, 9, 12); None where not asked for.
+            the positions of c, d, shape (s, 7, 12); None where not asked for.
     """
 
     facets: Ints
@@ -115,8 +115,8 @@ def cut(
     span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
     keep = span[:, 1] > span[:, 0]
     if behind is not None:
-        weight = integrals[:, 7:].sum(1)
-        gap = integrals[:, 5:7].sum(1)
+        weight = integrals[:, :3] @ (1.0, 2.0, 1.0)
+        gap = integrals[:, 5:].sum(1)
         keep &= gap >= -behind[pairs[:, 0]] * weight
     keep[hidden(pairs[:, 0], span, distance, keep)] = False
     found = Segments(pairs[keep], span[keep], integrals[keep], None)
@@ -141,7 +141,7 @@ def differentiated(
         The chosen segments.
     """
     facets = segments.facets[chosen]
-    derivatives = np.empty((len(facets), 9, 12))
+    derivatives = np.empty((len(facets), 7, 12))
     _integrals(mesh, x, normals, facets, derivatives)
     return Segments(facets, segments.span[chosen], segments.integrals[chosen], derivatives)
 
@@ -151,10 +151,10 @@ def _integrals(
 ) -> tuple[Floats, Floats, Floats]:
     """Interval, integrals and mean distance of every pair; fills derivatives where given."""
     p = len(pairs)
-    span, integrals, distance = np.empty((p, 2)), np.empty((p, 9)), np.empty(p)
+    span, integrals, distance = np.empty((p, 2)), np.empty((p, 7)), np.empty(p)
     lib.cf_segments(
         _read(x), _read(normals), _read_int(mesh.nonmortar), _read_int(mesh.mortar),
-        mesh.axisymmetric, mesh.gap_power, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
+        mesh.axisymmetric, p, _read_int(pairs), _write(span), _write(integrals), _write(distance),
         ffi.NULL if derivatives is None else _write(derivatives),
     )  # fmt: skip
     return span, integrals, distance
@@ -178,12 +178,12 @@ def entries(
     Returns:
         Rows, columns, values, and derivatives by positions where the segments have them.
     """
-    (e, covered, A, dA), room = on_facets, 14 * len(segments.facets)
+    (e, covered, A, dA), room = on_facets, 12 * len(segments.facets)
     rows, columns, values = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
     by = segments.derivatives is not None
     segment, by_integrals, by_masses = (
         np.empty(room, np.int64),
-        np.empty(9 * room),
+        np.empty(7 * room),
         np.empty(3 * room),
     )
     count = lib.cf_entries(

@@ -28,9 +28,9 @@ def cut(x, normals, pairs=((0, 0),), facets=FACETS, differentiate=True, axisymme
     """Call the kernel, into arrays that hold rubbish; count, range, integrals, distance, slopes."""
     pairs = np.array(pairs, np.int64).reshape(-1, 2)
     s = len(pairs)
-    out = [np.full(shape, np.nan) for shape in ((s, 2), (s, 9), s, (s, 9, 12))]
+    out = [np.full(shape, np.nan) for shape in ((s, 2), (s, 7), s, (s, 7, 12))]
     count = lib.cf_segments(
-        doubles(x), doubles(normals), *(integers(f) for f in facets), axisymmetric, 4, s,
+        doubles(x), doubles(normals), *(integers(f) for f in facets), axisymmetric, s,
         integers(pairs),
         *(doubles(a) for a in out[:3]), doubles(out[3]) if differentiate else ffi.NULL,
     )  # fmt: skip
