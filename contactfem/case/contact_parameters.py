@@ -1,11 +1,12 @@
-"""Constants of the laws of an interface, from its facets and moduli, for runs and for `check`."""
+"""Parameters of an interface that follow from facets and moduli."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from contactfem.case.scene import Interface
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Floats
+from contactfem.geometry.facets import line_lengths
 from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
 
@@ -13,7 +14,7 @@ PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
 
 
 @dataclass(frozen=True)
-class Constants:
+class ContactParameters:
     """Resolved constants of an interface with n nonmortar nodes.
 
     Attributes:
@@ -33,7 +34,7 @@ class Constants:
 
 def constants(
     interface: Interface, nonmortar: Surface, moduli: tuple[float, float], mortar: Surface | None
-) -> Constants:
+) -> ContactParameters:
     """Constants of an interface of the case.
 
     Args:
@@ -45,15 +46,15 @@ def constants(
     Returns:
         The constants.
     """
-    lengths = facet_lengths(nonmortar.X, nonmortar.facets)
+    lengths = line_lengths(nonmortar.X, nonmortar.facets)
     ends = nonmortar.facets.ravel()
     h = np.bincount(ends, np.repeat(lengths, 2)) / np.bincount(ends)
-    h_mortar = 0.0 if mortar is None else float(facet_lengths(mortar.X, mortar.facets).mean())
+    h_mortar = 0.0 if mortar is None else float(line_lengths(mortar.X, mortar.facets).mean())
     c = contact_scale(h, moduli[0], h_mortar, np.inf if mortar is None else moduli[1])
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
     c_t = factor * (friction.c_factor if friction else 1.0)
-    return Constants(c, factor, c_t, normal, tangential)
+    return ContactParameters(c, factor, c_t, normal, tangential)
 
 
 def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
@@ -76,14 +77,3 @@ def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
     if friction and friction.penalty is not None:
         c_T = np.full_like(c, friction.penalty)
     return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
-
-
-def facet_lengths(X: Floats, facets: Ints) -> Floats:
-    """Lengths of facets [m], (k,).
-
-    Args:
-        X: Positions [m], (n, 2).
-        facets: Their nodes, (k, 2).
-    """
-    edge = X[facets[:, 1]] - X[facets[:, 0]]
-    return np.asarray(np.hypot(edge[:, 0], edge[:, 1]))

@@ -3,16 +3,16 @@
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
 NEAR = 0.25  # of the surface's extent, and two facets at least: gaps that count for that range
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-def first_contact(
+def initial_active_set(
     gap: Floats, size: Floats, seen: Bools, held_by_contact: bool, extent: float = np.inf
-) -> Trial | None:
+) -> ActiveSet | None:
     """Status that a first contact starts from: some nodes stick for one iteration.
 
     Args:
@@ -35,4 +35,4 @@ def first_contact(
     if not stick.any():
         return None
     status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
-    return Trial(status, np.zeros(len(gap)))
+    return ActiveSet(status, np.zeros(len(gap)))
