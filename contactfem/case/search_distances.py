@@ -1,4 +1,4 @@
-"""How far the sides of an interface look for each other, unless a case says it."""
+"""Search distances of an interface, unless a case gives them."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How far the sides of an interface look for each other, from the meshes that they have now."""
+"""Search range of an interface from its present meshes."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""How far a nonmortar facet looks for the other side: before it and through its own body."""
+"""Distances within which nonmortar facets look for the other side."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.laws.edge_stabilisation import EDGE_COMPLIANCE
 from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.search_range import SearchRange
 
 MU = 0.4
 
@@ -20,7 +21,8 @@ def contact(mesh, mu=MU, c=10.0, comm=MPI.COMM_SELF, radius=0.4):
         comm,
         mesh,
         ContactLaw(
-            Coulomb(mu) if mu else frictionless, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0, radius
+            Coulomb(mu) if mu else frictionless, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0,
+            SearchRange.within(radius, len(mesh.nonmortar)),
         ),
     )
 

@@ -15,6 +15,7 @@ from contactfem.heat.system import HeatStepInput, HeatSystem, PrescribedTemperat
 from contactfem.heat.time_schemes import scheme
 from contactfem.laws.conductance import Constant, GasGap, PowerLaw
 from contactfem.meshes.block import Block
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.sides import BodySide, plane_side
 
 WIDTH = 2.0
@@ -65,8 +66,8 @@ class Pair:
         return np.asarray(function(self.X), float)
 
 
-def law(conductance=None, partition=0.5, obstacle=None):
-    return HeatInterfaceLaw(conductance, partition, 0.5, obstacle)
+def law(conductance=None, partition=0.5, obstacle=None, facets=5):
+    return HeatInterfaceLaw(conductance, partition, SearchRange.within(0.5, facets), obstacle)
 
 
 def test_conduction_of_linear_temperatures():
