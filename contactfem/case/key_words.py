@@ -65,8 +65,8 @@ KEY_WORDS: dict[str, dict[str, str]] = {
     "Interface": {
         "nonmortar": "side that carries the multiplier",
         "mortar": "its counterpart",
-        "search_radius": "how far apart the sides look for each other; by default a quarter of the "
-        "nonmortar surface's extent, and two facets at least",
+        "search_radius": "how far apart and how deep in each other the sides look for each "
+        "other; by default any gap, and overlaps as deep as the bodies are thick",
         "normal": "law of the pressure",
         "friction": "law of friction; false for none",
         "heat": "how heat passes",

@@ -8,8 +8,15 @@ import numpy.typing as npt
 from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
+from contactfem.case.search_distances import (
+    obstacle_thickness,
+    outline_of,
+    search_distances,
+    side_thickness,
+)
 from contactfem.check.facet_matching import match
-from contactfem.common.unit_display import scale_for
+from contactfem.common.typing import Floats
+from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import CaseError, MeshError, one_line
 from contactfem.geometry.facets import line_lengths
 from contactfem.meshes.data import Surface
@@ -37,6 +44,7 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
     if interface.friction:
         parts.append(f"c_t = {_stiffness(found.c_t * found.c)}")
     yield f"active set: {', '.join(parts)}"
+    yield _search(case, interface, nonmortar, mortar)
     if interface.normal.law != "multiplier":
         parts = [f"epsilon_N = {_stiffness(1.0 / found.normal_compliance)}"]
         if interface.friction:
@@ -44,6 +52,33 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
         yield f"penalty: {', '.join(parts)}"
     if mortar is not None:
         yield from _hints(interface, nonmortar, mortar)
+
+
+def outlines_of(case: Case, interface: Interface) -> tuple[Floats, Floats]:
+    """Ends of the facets around the two bodies of an interface [m], (b, 2, 2) each."""
+    first, second = (
+        outline_of(case.bodies[side.partition(".")[0]].mesh.build())
+        for side in (interface.nonmortar, interface.mortar)
+    )
+    return first, second
+
+
+def _search(
+    case: Case, interface: Interface, nonmortar: Surface, mortar: Surface | None
+) -> str:
+    """How far the sides look for each other."""
+    if interface.search_radius is not None:
+        return f"search: gaps and overlaps up to {engineering(interface.search_radius, 'm')}"
+    body, second = (side.partition(".")[0] for side in (interface.nonmortar, interface.mortar))
+    own = outline_of(case.bodies[body].mesh.build())
+    other = None
+    if mortar is None:
+        other = obstacle_thickness(case.obstacles[interface.mortar])
+    elif second != body:
+        other = side_thickness(mortar, outline_of(case.bodies[second].mesh.build()))
+    deepest = search_distances(interface, nonmortar, own, other)[1].max()
+    depth = f"up to {engineering(float(deepest), 'm')}" if np.isfinite(deepest) else "of any depth"
+    return f"search: gaps of any width, overlaps {depth}"
 
 
 def _side(case: Case, on: str) -> tuple[Surface, float]:

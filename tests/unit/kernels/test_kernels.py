@@ -273,10 +273,12 @@ def expected_pairs(x, normals, nonmortar, mortar, radius):
     low, high = x[mortar].min(1), x[mortar].max(1)
     meet = ((lo[:, None] <= high) & (low <= hi[:, None])).all(2)
     corners = np.stack([x[nonmortar] + r * normals[nonmortar] for r in (-radius, radius)])
-    box = np.stack([np.stack((a, b), 1) for a in (low[:, 0], high[:, 0]) for b in (low[:, 1], high[:, 1])])
+    places = itertools.product((low, high), (low, high))
+    box = np.stack([np.column_stack((a[:, 0], b[:, 1])) for a, b in places])
     for k in (0, 1):
         across = np.column_stack((-normals[nonmortar[:, k], 1], normals[nonmortar[:, k], 0]))
-        own, other = np.einsum("rekc,ec->erk", corners, across), np.einsum("bfc,ec->efb", box, across)
+        own = np.einsum("rekc,ec->erk", corners, across)
+        other = np.einsum("bfc,ec->efb", box, across)
         meet &= other.max(2, initial=-np.inf) >= own.min((1, 2))[:, None] - 1e-11
         meet &= other.min(2, initial=np.inf) <= own.max((1, 2))[:, None] + 1e-11
     edges = (x[f[:, 1]] - x[f[:, 0]] for f in (nonmortar, mortar))
