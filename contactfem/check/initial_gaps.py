@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from contactfem.case.scene import Circle, Plane, Polyline
+from contactfem.case.obstacles import Circle, Plane, Polyline
 from contactfem.common.typing import Floats
 from contactfem.geometry.thickness import thickness
 

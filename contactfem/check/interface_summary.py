@@ -15,9 +15,10 @@ from contactfem.case.search_distances import (
     side_thickness,
 )
 from contactfem.check.facet_matching import match
+from contactfem.common.text import one_line
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering, scale_for
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import line_lengths
 from contactfem.meshes.data import Surface
 

@@ -183,7 +183,7 @@ def _run_one(
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
     if not result.converged:
-        return ExitCode.GAVE_UP
+        return ExitCode.WRONG if result.wrong else ExitCode.GAVE_UP
     return ExitCode.DONE if passed else ExitCode.MISSED
 
 
@@ -200,7 +200,8 @@ def _closing(out: Path, *, plain: bool) -> bool:
     """
     from rich.console import Console
 
-    from contactfem.output.report.report import read_summary, verdict_table
+    from contactfem.output.report.report import verdict_table
+    from contactfem.output.tables import read_summary
 
     summary = read_summary(out)
     if summary["verdicts"]:
