@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from contactfem.case.scene import Circle, Interface, Plane, Polyline
+from contactfem.case.obstacles import Circle, Plane, Polyline
+from contactfem.case.scene import Interface
 from contactfem.common.typing import Floats
 from contactfem.geometry.thickness import thickness
 from contactfem.meshes.data import MeshData, Surface, boundary_facets

@@ -56,11 +56,11 @@ def solved(case, comm=MPI.COMM_SELF):
 
 @pytest.mark.parametrize(
     ("low", "up", "gap", "led"),
-    [(10.0, 6.0, 0.5, -4.0), (10.0, 2.0, 0.5, -4.0), (10.0, 6.0, 30.0, -33.0), (4.0, 6.0, -2.0, 0.0)],
+    [(10, 6, 0.5, -4), (10, 2, 0.5, -4), (10, 6, 30, -33), (4, 6, -2, 0)],
     ids=["through the gap", "further than it is thick", "from far away", "overlap at the start"],
 )
 def test_led_through_a_gap_in_one_step(tmp_path, low, up, gap, led):
-    """Two bars in a row, nu = 0: F = E A d / (l1 + l2) for the depth d that the gap is passed by."""
+    """Two bars in a row, nu = 0: F = E A d / (l1 + l2), d = the gap passed by the led motion."""
     found = solved(blocks(tmp_path, low=low, up=up, gap=gap, led=led))
     assert found["c.force_y"] == pytest.approx(-1e7 * 0.01 * -(led + gap) / (low + up), rel=1e-9)
 

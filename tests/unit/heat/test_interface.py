@@ -140,7 +140,7 @@ def test_around_an_axis():
 
 def test_gas_across_a_wedge():
     """h = k / (g + g₀) over a gap that opens linearly, ∫ = k ln(1 + 2s/g₀) / s."""
-    pair = Pair(law(GasGap(0.5, 0.4)), n=(40, 56))
+    pair = Pair(law(GasGap(0.5, 0.4), facets=40), n=(40, 56))
     x = pair.X.copy()
     above = np.arange(len(x)) >= pair.count
     x[above, 1] += 0.1 * x[above, 0]
