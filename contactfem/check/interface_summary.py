@@ -45,12 +45,12 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
     if interface.friction:
         parts.append(f"c_t = {_stiffness(found.c_t * found.c)}")
     yield f"active set: {', '.join(parts)}"
-    yield _search(case, interface, nonmortar, mortar)
     if interface.normal.law != "multiplier":
         parts = [f"epsilon_N = {_stiffness(1.0 / found.normal_compliance)}"]
         if interface.friction:
             parts.append(f"c_T = {_stiffness(1.0 / found.tangential_compliance)}")
         yield f"penalty: {', '.join(parts)}"
+    yield _search(case, interface, nonmortar, mortar)
     if mortar is not None:
         yield from _hints(interface, nonmortar, mortar)
 
@@ -64,9 +64,7 @@ def outlines_of(case: Case, interface: Interface) -> tuple[Floats, Floats]:
     return first, second
 
 
-def _search(
-    case: Case, interface: Interface, nonmortar: Surface, mortar: Surface | None
-) -> str:
+def _search(case: Case, interface: Interface, nonmortar: Surface, mortar: Surface | None) -> str:
     """How far the sides look for each other."""
     if interface.search_radius is not None:
         return f"search: gaps and overlaps up to {engineering(interface.search_radius, 'm')}"

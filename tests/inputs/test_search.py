@@ -129,4 +129,3 @@ def test_planes_do_not_end(tmp_path):
     path.write_text(PLANE)
     found = solved(read_case(path))
     assert found["sole.force_y"] == pytest.approx(-2e3, rel=1e-6)
-

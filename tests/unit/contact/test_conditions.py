@@ -22,7 +22,11 @@ def contact(mesh, mu=MU, c=10.0, comm=MPI.COMM_SELF, radius=0.4):
         comm,
         mesh,
         ContactLaw(
-            Coulomb(mu) if mu else frictionless, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0,
+            Coulomb(mu) if mu else frictionless,
+            np.full(mesh.n_nonmortar, c),
+            1.0,
+            1.0,
+            1.0,
             SearchRange.within(radius, len(mesh.nonmortar)),
         ),
     )
