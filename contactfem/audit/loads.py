@@ -4,6 +4,7 @@ import numpy as np
 
 from contactfem.audit.shapes import BodyShape
 from contactfem.common.typing import Floats, Ints
+from contactfem.geometry.facets import around
 
 
 def on_surface(x: Floats, facets: Ints, density: Floats, *, axisymmetric: bool) -> Floats:
@@ -11,7 +12,7 @@ def on_surface(x: Floats, facets: Ints, density: Floats, *, axisymmetric: bool) 
 
     Args:
         x: Positions of the vertices [m], (n, dim).
-        facets: The facets, (k, dim).
+        facets: The facets, (k, 2), (k, 3), or (k, 4) in tensor order.
         density: Traction [Pa], (dim,).
         axisymmetric: Whether the integral runs around the axis x = 0.
     """
@@ -41,10 +42,11 @@ def in_volume(body: BodyShape, density: Floats, *, axisymmetric: bool) -> Floats
 
 def _areas(x: Floats, facets: Ints, axisymmetric: bool) -> Floats:
     """Outward normals times area of facets [m], or around an axis [m²], (k, dim)."""
+    if x.shape[1] == 3:
+        a, b, c, d = x[around(facets)].swapaxes(0, 1)
+        return np.asarray(0.5 * np.cross(c - a, d - b))
     corners = x[facets]
     edges = corners[:, 1:] - corners[:, :1]
-    if x.shape[1] == 3:
-        return np.asarray(0.5 * np.cross(edges[:, 0], edges[:, 1]))
     area = np.column_stack((edges[:, 0, 1], -edges[:, 0, 0]))
     if axisymmetric:
         area = area * (2.0 * np.pi * corners[:, :, 0].mean(1))[:, None]

@@ -5,6 +5,7 @@ import numpy as np
 from contactfem.case.obstacles import Circle, Plane, Polyline
 from contactfem.case.scene import Interface
 from contactfem.common.typing import Floats
+from contactfem.geometry.facets import facet_sizes
 from contactfem.geometry.thickness import thickness
 from contactfem.meshes.data import MeshData, Surface, boundary_facets
 
@@ -63,6 +64,12 @@ def obstacle_thickness(obstacle: Plane | Circle | Polyline) -> float:
     if isinstance(obstacle, Circle) and not obstacle.inside:
         return 2.0 * obstacle.radius
     return np.inf
+
+
+def radius_in_space(nonmortar: Surface) -> float:
+    """Default search radius in space [m]: a quarter of the surface's extent, or two facets."""
+    extent = float(np.linalg.norm(np.ptp(nonmortar.X, axis=0)))
+    return max(0.25 * extent, 2.0 * float(facet_sizes(nonmortar.X, nonmortar.facets).max()))
 
 
 def _facets(surface: Surface) -> tuple[Floats, Floats]:

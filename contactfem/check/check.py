@@ -12,7 +12,7 @@ from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
 from contactfem.check.initial_gaps import nearest_place, obstacle_gap
-from contactfem.check.interface_summary import interface_facts, outlines_of
+from contactfem.check.interface_summary import gap_in_space, interface_facts, outlines_of
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
 from contactfem.common.text import nearest, one_line
@@ -254,20 +254,22 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
     for name, sides in case.interfaces.items():
         body, _, surface = sides.nonmortar.partition(".")
         line = lines[body][surface]
-        if sides.mortar in case.obstacles:
-            gap: float | None = obstacle_gap(line, case.obstacles[sides.mortar])
-            place = None
+        gap: float | None
+        place: Floats | None = None
+        if case.axes == 3:
+            gap = gap_in_space(case, sides)
+        elif sides.mortar in case.obstacles:
+            gap = obstacle_gap(line, case.obstacles[sides.mortar])
         else:
             other, _, face = sides.mortar.partition(".")
-            around = outlines_of(case, sides) if case.axes == 2 else (None, None)
+            around = outlines_of(case, sides)
             gap, place = nearest_place(line, lines[other][face], around) or (None, None)
         low, high = _extent({surface: line})
         size = float(np.linalg.norm(high - low))
         words = _gap(gap, size, place)
         yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {words}"
-        if case.axes == 2:
-            for text in interface_facts(case, sides):
-                yield "", text
+        for text in interface_facts(case, sides):
+            yield "", text
 
 
 def _gap(gap: float | None, size: float, place: Floats | None) -> str:

@@ -28,8 +28,9 @@ from contactfem.laws.complementarity import (
 )
 from contactfem.laws.edge_stabilisation import edge_compliance
 from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
+from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
+from contactfem.mortar.mortar_operators import MortarOperators
 from contactfem.mortar.search_range import SearchRange
 
 
@@ -101,7 +102,7 @@ class Contact:
 
     def operators(self, x: Floats) -> MortarOperators:
         """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
-        return mortar_operators(self.comm, self.mesh, x, self.my_facets, self.law.reach)
+        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.reach)
 
     def state(
         self,

@@ -8,6 +8,7 @@ from contactfem.case.schema import Case
 from contactfem.case.search_distances import (
     obstacle_thickness,
     outline_of,
+    radius_in_space,
     search_distances,
     side_thickness,
 )
@@ -32,6 +33,9 @@ def search_range(
     interface = case.interfaces[name]
     body, _, surface = interface.nonmortar.partition(".")
     nonmortar = meshes[body].surface(surface)
+    if case.axes == 3:
+        radius = interface.search_radius or radius_in_space(nonmortar)
+        return SearchRange.within(radius, len(nonmortar.facets))
     if interface.search_radius is not None:
         return SearchRange.within(interface.search_radius, len(nonmortar.facets))
     found = None

@@ -241,19 +241,22 @@ def test_a_file_that_may_not_be_read(folder):
     assert complaints(path=folder / "case.toml") == ["cannot be read: Permission denied"]
 
 
-def test_contact_in_3d_is_refused():
-    box = (
-        '{builder="box", width="1 m", height="1 m", depth="1 m", nx=1, ny=1, nz=1, '
-        'corner=["0 m","0 m","0 m"]}'
-    )
-    found = complaints(
-        'dimension="3d"',
-        'conditions=[{on="lower.bottom", displacement=["0 m","0 m","0 m"]}]',
-        f"bodies.upper.mesh={box}",
-        f"bodies.lower.mesh={box}",
-        'probes.corner.at=["0 m","0 m","0 m"]',
-    )
-    assert found == ["interfaces: contact in 3D is not available yet"]
+BOX = '{builder="box", width="1 m", height="1 m", depth="1 m", nx=1, ny=1, nz=1}'
+IN_SPACE = (
+    'dimension="3d"',
+    'conditions=[{on="lower.bottom", displacement=["0 m","0 m","0 m"]}]',
+    f"bodies.upper.mesh={BOX}",
+    f"bodies.lower.mesh={BOX}",
+    'probes.corner.at=["0 m","0 m","0 m"]',
+)
+
+
+def test_what_contact_in_space_cannot_do():
+    floor = 'obstacles.floor={shape="plane", point=["0 m","0 m"], normal=[0,1]}'
+    found = complaints(*IN_SPACE, floor, 'interfaces.joint.mortar="floor"')
+    assert found == [
+        "interfaces.joint.mortar = floor: obstacles are plane figures; mesh it as a body"
+    ]
 
 
 def test_a_body_in_3d_does_not_fit_plane_strain():
