@@ -230,7 +230,8 @@ class Contact:
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
-        return SlipState(p, lengths(slip) / history.dt, temperature)
+        speed: Floats = np.divide(lengths(slip), history.dt)
+        return SlipState(p, speed, temperature)
 
     def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
         """Next estimates of an augmented Lagrangian.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import contactfem
 from contactfem.checkpoint.format import NAME
+from contactfem.common.text import one_line
 from contactfem.errors import CaseError
 from contactfem.results.data import (
     ErrorStep,
@@ -291,8 +292,11 @@ def read_summary(directory: Path) -> dict[str, Any]:
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
         wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
-    except (ValueError, TypeError) as error:
-        raise CaseError(f"{path}: not a summary of a run: {error}") from None
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        why = one_line(str(error))
+        raise CaseError(f"{path}: not a summary of a run: {why}") from None
+    if not isinstance(summary, dict):
+        raise CaseError(f"{path}: not a summary of a run")
     if wrong:
         raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
     return dict(summary)

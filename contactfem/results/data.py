@@ -35,6 +35,10 @@ class HeatStep:
         friction_defect: relative error of the interpolated frictional power before it was made
             that of mechanics, the largest of the interfaces [-].
         rings: what a time scheme does that rings, else empty.
+        moved: heat that moved inside the bodies and across interfaces, either way [J/m].
+        bounds: that temperatures cannot leave by the maximum principle, lower and upper [K]; None
+            where a source, friction or straining lifts one.
+        outside: how far they left them, over the range of temperatures [-].
     """
 
     passes: int
@@ -51,6 +55,9 @@ class HeatStep:
     flow: dict[str, float]
     friction_defect: float
     rings: str
+    moved: float = 0.0
+    bounds: tuple[float | None, float | None] = (None, None)
+    outside: float = 0.0
 
 
 @dataclass(frozen=True)
