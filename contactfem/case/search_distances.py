@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from contactfem.case.obstacles import Circle, Plane, Polyline
+from contactfem.case.obstacles import Circle, Polyline, RigidObstacle
 from contactfem.case.scene import Interface
 from contactfem.common.typing import Floats
 from contactfem.geometry.facets import facet_sizes
@@ -53,7 +53,7 @@ def side_thickness(side: Surface, outline: Floats) -> float:
     return float(thickness(*_facets(side), outline)[0].min())
 
 
-def obstacle_thickness(obstacle: Plane | Circle | Polyline) -> float:
+def obstacle_thickness(obstacle: RigidObstacle) -> float:
     """Smallest thickness of a rigid obstacle [m]; infinite for a half-plane or a hollow."""
     if isinstance(obstacle, Polyline):
         chain = obstacle.chain
