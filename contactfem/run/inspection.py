@@ -148,7 +148,7 @@ class Inspector:
             t,
             tuple(bodies),
             self._obstacles(t),
-            self._contacts(solver.conditions),
+            self._contacts(solver.conditions, solver.round_off),
             self._forces(bodies, t, supports, solver.round_off),
             self.discretisation.unrestrained,
             self._scene,
@@ -190,7 +190,9 @@ class Inspector:
                 result.append(ObstacleShape(name, "polyline", chain, closed=o.closed))
         return tuple(result)
 
-    def _contacts(self, conditions: Sequence[ContactState]) -> tuple[ContactForces, ...]:
+    def _contacts(
+        self, conditions: Sequence[ContactState], floor: float
+    ) -> tuple[ContactForces, ...]:
         """Forces of the interfaces."""
         result = []
         for interface, c in zip(self.discretisation.interfaces, conditions, strict=True):
@@ -211,6 +213,7 @@ class Inspector:
                     np.linalg.norm(c.slip, axis=1),
                     c.dissipation,
                     np.where(c.active, compliance * np.abs(c.multiplier.pressure), 0.0),
+                    floor,
                 )
             )
         return tuple(result)
