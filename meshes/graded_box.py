@@ -117,7 +117,7 @@ class GradedBox(Builder):
     def build(self) -> MeshData:
         """Array of hexahedra, or of these split into tetrahedra, with a round side."""
         x, y, z = self.lines()
-        index = np.arange(len(x) * len(y) * len(z), dtype=np.int64)
+        index: Ints = np.arange(len(x) * len(y) * len(z), dtype=np.int64)
         index = index.reshape(len(z), len(y), len(x))
         grid = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1)[..., ::-1]
         points = self._placed(grid.reshape(-1, 3))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contactfem.common.typing import Floats
+from contactfem.common.typing import Floats, Ints
 from contactfem.meshes.builder import Builder, Count, more
 from contactfem.meshes.data import CellName, MeshData
 from contactfem.meshes.plane_spec import PlaneSpec
@@ -85,7 +85,7 @@ class Revolution(Builder):
             ),
             axis=2,
         )
-        node = np.arange(len(angle) * n, dtype=np.int64).reshape(-1, n)
+        node: Ints = np.arange(len(angle) * n, dtype=np.int64).reshape(-1, n)
         if self.angle == FULL:
             node[-1] = node[0]
         node[:, axis] = node[0, axis]

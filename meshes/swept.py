@@ -72,8 +72,8 @@ def _facets(edges: Ints, node: Ints, cell: CellName) -> Ints:
     for a, b in _pairs(node):
         parts.append(np.column_stack((a[v0], a[v1], b[v1])))
         parts.append(np.column_stack((a[v0], b[v0], b[v1])))
-    facets = np.concatenate(parts)
-    return facets[_distinct(facets)]
+    facets: Ints = np.concatenate(parts)
+    return np.asarray(facets[_distinct(facets)])
 
 
 def _distinct(rows: Ints) -> Ints:

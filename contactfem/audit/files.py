@@ -68,7 +68,7 @@ def read_state(folder: Path) -> AuditState:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         head = json.loads(str(arrays.pop("head")))
-        parts = {
+        parts: dict[str, Any] = {
             part: tuple(
                 kind(**values, **_arrays_of(arrays, f"{part}.{k}."))
                 for k, values in enumerate(head.pop(part))

@@ -104,10 +104,16 @@ def look(state: AuditState) -> Finding:
 
 
 def extent(bodies: Sequence[BodyShape], obstacles: Sequence[ObstacleShape]) -> float:
-    """Diagonal of all that there is at the start, but for planes [m]."""
+    """Diagonal of all that there is at the start [m]; of planes what is nearest to the bodies."""
     points = [body.X for body in bodies]
-    points += [o.points for o in obstacles if o.kind == "polyline"]
-    points += [o.points + s * o.radius for o in obstacles if o.radius for s in (-1.0, 1.0)]
+    for o in obstacles:
+        if o.kind == "plane":
+            n = o.points[1] / np.linalg.norm(o.points[1])
+            points += [b.X - np.outer((b.X - o.points[0]) @ n, n) for b in bodies]
+        elif o.kind == "polyline":
+            points.append(o.points)
+        else:
+            points += [o.points[:1] + sign * o.radius for sign in (-1.0, 1.0)]
     return float(np.linalg.norm(np.ptp(np.concatenate(points), axis=0))) if points else 0.0
 
 

@@ -48,7 +48,7 @@ def overlaps(
     """
     for body in bodies:
         points = body.x[body.nodes]
-        others = [other for other in bodies if other is not body]
+        others: list[BodyShape | ObstacleShape] = [o for o in bodies if o is not body]
         others += [o for o in obstacles if body.name in met.get(o.name, ())]
         for other in others:
             depth = other.depth(points)

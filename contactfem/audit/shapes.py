@@ -129,11 +129,12 @@ class BodyShape:
         """Size of some facets [m], and how far their normals are apart [rad]."""
         corners = self.x[self.facets[which]]
         edges = corners[:, 1:] - corners[:, :1]
+        normals: Floats
         if edges.shape[2] == 2:
             normals = np.column_stack((edges[:, 0, 1], -edges[:, 0, 0]))
         else:
-            normals = np.cross(edges[:, 0], edges[:, 1])
-        normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+            normals = np.asarray(np.cross(edges[:, 0], edges[:, 1]), np.float64)
+        normals = np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None], np.float64)
         turn = float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0)).max())
         return float(self.lengths[which].max()), turn
 
@@ -182,13 +183,14 @@ class ObstacleShape:
     def depth(self, points: Floats) -> Floats:
         """How deep points lie in its solid [m], zero outside, (m,)."""
         if self.kind == "plane":
-            return np.maximum(-(points - self.points[0]) @ self.points[1], 0.0)
+            return np.asarray(np.maximum(-(points - self.points[0]) @ self.points[1], 0.0))
         if self.kind in ("circle", "cylinder"):
             away = points - self.points[0]
             if self.kind == "cylinder":
                 away = away - np.outer(away @ self.points[1], self.points[1])
             r = np.linalg.norm(away, axis=1)
-            return np.maximum(r - self.radius if self.inside else self.radius - r, 0.0)
+            behind = r - self.radius if self.inside else self.radius - r
+            return np.asarray(np.maximum(behind, 0.0))
         return self._behind_chain(points)
 
     def _behind_chain(self, points: Floats) -> Floats:

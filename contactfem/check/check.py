@@ -11,7 +11,7 @@ from contactfem.case.scene import Interface, Material
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
-from contactfem.check.initial_gaps import nearest_place, obstacle_gap
+from contactfem.check.initial_gaps import nearest_place, obstacle_gap, plane_figure
 from contactfem.check.interface_summary import gap_in_space, interface_facts, outlines_of
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
@@ -259,7 +259,7 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
         if case.axes == 3:
             gap = gap_in_space(case, sides)
         elif sides.mortar in case.obstacles:
-            gap = obstacle_gap(line, case.obstacles[sides.mortar])
+            gap = obstacle_gap(line, plane_figure(case, sides.mortar))
         else:
             other, _, face = sides.mortar.partition(".")
             around = outlines_of(case, sides)

@@ -3,10 +3,18 @@
 import numpy as np
 
 from contactfem.case.obstacles import Circle, Plane, Polyline
+from contactfem.case.schema import Case
 from contactfem.common.typing import Floats
 from contactfem.geometry.thickness import thickness
 
 REFINE = 16  # points per straight piece, for a smallest gap in its middle
+
+
+def plane_figure(case: Case, name: str) -> Plane | Circle | Polyline:
+    """An obstacle of a plane case, whose checks allow no other."""
+    obstacle = case.obstacles[name]
+    assert isinstance(obstacle, Plane | Circle | Polyline)
+    return obstacle
 
 
 def obstacle_gap(line: Floats, obstacle: Plane | Circle | Polyline) -> float | None:

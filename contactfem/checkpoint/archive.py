@@ -99,9 +99,9 @@ def _arrays(path: Path) -> dict[str, Array]:
 def _array(data: bytes) -> Array:
     """One array of the bytes of an .npy file."""
     file = io.BytesIO(data)
-    version = npy.read_magic(file)
+    version = npy.read_magic(file)  # type: ignore[no-untyped-call]
     header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, fortran, dtype = header(file)
+    shape, fortran, dtype = header(file)  # type: ignore[no-untyped-call]
     size = math.prod(shape) * dtype.itemsize
     if dtype.hasobject or any(n < 0 for n in shape) or size != len(data) - file.tell():
         raise ValueError("an array of another size than its header says")

@@ -128,7 +128,7 @@ class Contact:
         if self.law.tied is not None:
             status = np.where(self.law.tied & (operators.D > 0.0), Status.STICK, Status.OPEN)
             found = ActiveSet(status.astype(np.int8), np.zeros_like(motion.slip))
-            turning = np.zeros(self.mesh.n_nonmortar)
+            turning: Floats = np.zeros(self.mesh.n_nonmortar)
         elif start is None:
             found, turning = self._trial(operators, multiplier, history, motion, edge)
         else:

@@ -55,10 +55,10 @@ def _law(case: Case, material: Material, *, mixed: bool) -> Law:
         "expansion": material.expansion,
     } | material.parameters
     if material.model == "neo-hooke":
-        energy = linear_elastic if small else neo_hooke
+        built_in = linear_elastic if small else neo_hooke
         with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
         mean = with_mean_stress if mixed else None
-        return Law(energy, parameters, material.E, small, small, mean, reference)
+        return Law(built_in, parameters, material.E, small, small, mean, reference)
     energy = _user_energy(case, material.model)
     return Law(energy, parameters, material.E, small, linear=False, reference=reference)
 

@@ -27,7 +27,7 @@ def tangents(normal: Floats) -> tuple[Floats, Floats]:
     other = np.eye(3)[np.argmin(np.abs(normal))]
     first = np.cross(normal, other)
     first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+    return first, np.asarray(np.cross(normal, first), np.float64)
 
 
 def spatial_plane(
@@ -52,7 +52,7 @@ def spatial_plane(
     a, b = tangents(n)
     corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
     X = np.array([np.asarray(point) + extent * (i * a + j * b) for i, j in corners])
-    return RigidSide(X, np.array(((0, 1, 3, 2),)), displacement, OfPlane(tuple(n.tolist())))
+    return RigidSide(X, np.array(((0, 1, 3, 2),)), displacement, OfPlane(tuple(map(float, n))))
 
 
 def sphere_side(
@@ -118,7 +118,7 @@ def cylinder_side(
     quads = np.column_stack((k, after, facets + k, facets + after))
     quads = quads[:, [1, 0, 3, 2]] if inside else quads
     return RigidSide(
-        np.concatenate(ends), quads, displacement, OfAxis(tuple(along.tolist()), inside)
+        np.concatenate(ends), quads, displacement, OfAxis(tuple(map(float, along)), inside)
     )
 
 

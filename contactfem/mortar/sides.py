@@ -58,7 +58,7 @@ def plane_side(
     n = n / np.hypot(*n)
     along = extent * np.array((-n[1], n[0]))  # outward normal (dy, -dx) of b - a
     X = np.asarray(point) + np.array((-along, along))
-    return RigidSide(X, np.array(((0, 1),)), displacement, OfPlane(tuple(n.tolist())))
+    return RigidSide(X, np.array(((0, 1),)), displacement, OfPlane(tuple(map(float, n))))
 
 
 def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, ...]) -> RigidSide:
@@ -78,7 +78,7 @@ def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, ...])
         return RigidSide(points, facets, displacement, None)
     along = points[1] - points[0]
     n = np.array((along[1], -along[0])) / np.hypot(*along)
-    return RigidSide(points, facets, displacement, OfPlane(tuple(n.tolist())))
+    return RigidSide(points, facets, displacement, OfPlane(tuple(map(float, n))))
 
 
 def circle_side(

@@ -223,7 +223,8 @@ class Inspector:
     ) -> tuple[BodyForces, ...]:
         """Loads and supports of the bodies; none without mechanics."""
         result = []
-        for shape, support in zip(bodies, list(supports), strict=False):
+        for k, shape in enumerate(bodies[: len(supports)]):
+            support: Floats = supports[k]
             mine = [c for c in self._case.conditions if c.body == shape.name]
             parts = [self._load(c, shape, t) for c in mine]
             total: Floats = np.sum([np.zeros(len(support)), *parts], axis=0)

@@ -44,7 +44,7 @@ class BodyRows:
         Args:
             residual: This rank's part.
         """
-        found = np.bincount(self._body, residual**2, self._count)
+        found: Floats = np.bincount(self._body, residual**2, self._count).astype(np.float64)
         self._comm.Allreduce(MPI.IN_PLACE, found)
         return found
 

@@ -14,6 +14,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.fem.compat import unlock
+from contactfem.fem.dof_numbering import Place
 from contactfem.fem.petsc_options import MECHANICS, configure
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
@@ -321,10 +322,10 @@ class NewtonSolver:
             size = np.linalg.norm(c.operators.D[:, None] * c.multiplier.vector)
             at = [first] if second < 0 else [first, second]
             result[at] = np.maximum(result[at], size)
-        motions = zip(self.system.prescribed, self._running.supports.reactions, strict=True)
-        loads = zip(self.system.tied, self.system.grip_loads, strict=True)
-        for place, force in (*motions, *loads):
-            result[place.body] = max(result[place.body], abs(force))
+        places: list[Place] = [*self.system.prescribed, *self.system.tied]
+        forces = [*self._running.supports.reactions, *self.system.grip_loads]
+        for place, force in zip(places, forces, strict=True):
+            result[place.body] = max(float(result[place.body]), abs(float(force)))
         return result
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:

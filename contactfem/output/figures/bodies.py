@@ -148,6 +148,8 @@ def _paint_obstacles(axes: Axes, case: Case, end: float, view: _View) -> None:
             chain = (obstacle.chain + view.magnification * moved) / view.length.factor
             axes.plot(*chain.T, color=INK, lw=1.2, zorder=0)
             continue
+        if obstacle.shape != "plane":
+            continue  # of cases in space, which these figures do not show
         normal = np.array(obstacle.normal) / np.linalg.norm(obstacle.normal)
         along = reach * np.array([normal[1], -normal[0]])
         point = (np.array(obstacle.point) + view.magnification * moved) / view.length.factor
