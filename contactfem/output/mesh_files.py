@@ -9,7 +9,7 @@ from contactfem.case.schema import Case
 from contactfem.common.typing import Ints
 from contactfem.errors import CaseError, MeshError
 from contactfem.meshes import MeshData
-from contactfem.meshes.file import CELLS
+from contactfem.meshes.body_cells import CELLS
 
 FACETS = {
     "triangle": "line",
