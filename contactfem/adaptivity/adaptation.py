@@ -1,4 +1,4 @@
-"""Estimate, decide, and say which meshes and step come next: the adaptive strategy of 2.5."""
+"""The adaptive strategy (paper 2.5): estimate, decide, report."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,13 +9,18 @@ from mpi4py import MPI
 
 from contactfem.adaptivity.anisotropic_layers import mechanical_cells, thermal_cells
 from contactfem.adaptivity.body_recovery import BodyErrors
-from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, NewSizes, ShorterStep
+from contactfem.adaptivity.decisions import (
+    Advance,
+    Decision,
+    MeshHistory,
+    NewSizes,
+    RemeshAndRepeat,
+    RepeatStep,
+)
 from contactfem.adaptivity.estimators import FluxEstimator, StressEstimator, total
 from contactfem.adaptivity.mesh_decision import CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.adaptivity.policies import (
-    AcceptStep,
     MeshPolicy,
-    RepeatStep,
     StepPolicy,
     TimedStep,
     TimeReport,
@@ -25,11 +30,11 @@ from contactfem.adaptivity.recovery.time import time_error
 from contactfem.case.schema import Case
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.observables import observed
 from contactfem.discretisation.state import State
-from contactfem.results.data import ErrorStep, MeshErrors, Observed, Remeshing
+from contactfem.results.data import ErrorStep, MeshErrors, Observables, Remeshing
 from contactfem.results.relative_error import RelativeError, error_ratio
 from contactfem.thermomechanics.staggered import HeatOutcome
 
@@ -50,7 +55,7 @@ class _Progress:
     rounds: dict[str, int] = field(default_factory=dict)
     before: dict[str, float] = field(default_factory=dict)
     repeats: int = 0
-    first: tuple[float, Observed] | None = None
+    first: tuple[float, Observables] | None = None
 
     def gained(self, found: Mapping[str, RelativeError]) -> dict[str, float]:
         """Part of the error that the last new meshes took away."""
@@ -76,12 +81,12 @@ class Adaptation:
         case: Case,
         discretisation: Discretisation,
         timers: Timers,
-        lasting: tuple[Lasting, Lasting] | None = None,
+        lasting: tuple[MeshHistory, MeshHistory] | None = None,
     ) -> None:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
-        self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
+        self._lasting, self._lasting_before = lasting or (MeshHistory(), MeshHistory())
         self._found: dict[str, RelativeError] = {}
         self.first_meshes: tuple[MeshErrors, ...] = ()
         self.last_meshes: tuple[MeshErrors, ...] = ()
@@ -99,7 +104,7 @@ class Adaptation:
             self._flux = FluxEstimator(self.case, discretisation, self._flux)
 
     @property
-    def lasting(self) -> tuple[Lasting, Lasting]:
+    def lasting(self) -> tuple[MeshHistory, MeshHistory]:
         """What accepted steps left behind, now and before the last one."""
         return self._lasting, self._lasting_before
 
@@ -113,10 +118,10 @@ class Adaptation:
     def judge(
         self,
         state: State,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         heat: HeatOutcome | None,
         t: float,
-    ) -> NewMeshes | ShorterStep | Accept:
+    ) -> Decision:
         """Decide about a step that was solved; collective, the same on all ranks.
 
         Args:
@@ -129,13 +134,13 @@ class Adaptation:
             The decision.
         """
         if t <= self.settings.start * (1.0 + 1e-12):
-            return Accept(None, self._report({}, None))
+            return Advance(None, self._report({}, None))
         theta = None if heat is None else heat.solution.theta
         with self.timers.book("estimate"):
             if heat is not None and not self._counts(heat):
                 heat = None
             timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
-            if isinstance(timed, ShorterStep):
+            if isinstance(timed, RepeatStep):
                 self._now.repeats += 1
                 self._now.first = None
                 if timed.back > 1:
@@ -144,18 +149,18 @@ class Adaptation:
             found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
             change = self._change(conditions, theta, t, again=sizes is not None)
         if sizes is not None:
-            return NewMeshes(sizes)
+            return RemeshAndRepeat(sizes)
         dt, eta_time = timed
-        return Accept(dt, self._report(found, eta_time, change))
+        return Advance(dt, self._report(found, eta_time, change))
 
     def _change(
         self,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         theta: Sequence[Floats] | None,
         t: float,
         *,
         again: bool,
-    ) -> Observed | None:
+    ) -> Observables | None:
         """What new meshes changed of the step; what was before the first is kept for that."""
         first = self._now.first
         if first is None and not again:
@@ -212,7 +217,7 @@ class Adaptation:
 
     def _judge_meshes(
         self,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         heat: HeatOutcome | None,
         t: float,
         dt: float,
@@ -282,7 +287,7 @@ class Adaptation:
 
     def _judge_step(
         self, state: State, heat: HeatOutcome | None, t: float
-    ) -> ShorterStep | tuple[float | None, float | None]:
+    ) -> RepeatStep | tuple[float | None, float | None]:
         """Decide about the length of the step: shorter, or the next length and the error."""
         tolerance, thermal = self.settings.for_time(), self._discretisation.heat
         if tolerance is None or heat is None or thermal is None or not self.repeats:
@@ -309,15 +314,14 @@ class Adaptation:
         decision = decide_step(report, policy)
         self._now.decisions.append(f"time: {decision.reason}")
         if isinstance(decision, RepeatStep):
-            return ShorterStep(decision.dt, decision.back)
-        assert isinstance(decision, AcceptStep)
+            return decision
         return decision.dt, newer.eta
 
     def _report(
         self,
         found: Mapping[str, RelativeError],
         time: float | None,
-        change: Observed | None = None,
+        change: Observables | None = None,
     ) -> ErrorStep:
         """What the step report says of errors and decisions."""
         mechanics, heat = found.get("mechanics"), found.get("heat")

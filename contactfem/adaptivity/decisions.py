@@ -1,4 +1,4 @@
-"""What may become of a step that was solved: new meshes, another length, or the next step."""
+"""The fate of a step: advance, repeat, remesh or give up."""
 
 import math
 from collections.abc import Mapping
@@ -20,30 +20,56 @@ class NewSizes:
 
 
 @dataclass(frozen=True)
-class NewMeshes:
+class Advance:
+    """Accept the step and go on.
+
+    Attributes:
+        dt: Length of the next step [s]; None leaves it to Newton's method.
+        errors: Errors of the accepted step; None where none are estimated.
+        within: Whether its error is within the tolerance.
+        reason: Why, for people.
+    """
+
+    dt: float | None
+    errors: ErrorStep | None = None
+    within: bool = True
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class RepeatStep:
+    """Go back to the start of the last one or two steps, and on with another length.
+
+    Attributes:
+        dt: Length of the step [s].
+        back: Steps to go back: the present one, or also the one before it.
+        reason: Why, for people.
+    """
+
+    dt: float
+    back: int = 1
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class RemeshAndRepeat:
     """Take the step again on meshes of these sizes."""
 
     sizes: NewSizes
 
 
 @dataclass(frozen=True)
-class ShorterStep:
-    """Go back by one or two steps and on with this length [s]."""
+class GiveUp:
+    """End the run: no smaller step is allowed."""
 
-    dt: float
-    back: int
+    reason: str
 
 
-@dataclass(frozen=True)
-class Accept:
-    """Go on with a step of this length [s]; None to leave it to Newton's method."""
-
-    dt: float | None
-    errors: ErrorStep | None
+Decision = Advance | RepeatStep | RemeshAndRepeat
 
 
 @dataclass(frozen=True)
-class Lasting:
+class MeshHistory:
     """What accepted steps left behind.
 
     Attributes:
@@ -72,7 +98,7 @@ class Lasting:
 
     def next(
         self, square: float, span: float, rounds: Mapping[str, int], gained: Mapping[str, float]
-    ) -> "Lasting":
+    ) -> "MeshHistory":
         """After one more step.
 
         Args:
@@ -84,13 +110,10 @@ class Lasting:
         new = {problem for problem, count in rounds.items() if count}
         ends = {p: age for p, age in self.age.items() if p in new and age > 0}
         age = {p: (0 if p in new else self.age.get(p, 0)) + 1 for p in ("mechanics", "heat")}
-        return Lasting(
+        return MeshHistory(
             self.square + square,
             self.span + span,
             age,
             {**self.life, **ends},
             {**self.gained, **gained},
         )
-
-
-Verdict = NewMeshes | ShorterStep | Accept

@@ -1,11 +1,12 @@
-"""Constants of the laws of an interface, from its facets and moduli, for runs and for `check`."""
+"""Parameters of an interface that follow from facets and moduli."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from contactfem.case.scene import Interface
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Floats
+from contactfem.geometry.facets import line_lengths
 from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
 
@@ -14,7 +15,7 @@ SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the
 
 
 @dataclass(frozen=True)
-class Constants:
+class ContactParameters:
     """Resolved constants of an interface with n nonmortar nodes.
 
     Attributes:
@@ -36,7 +37,7 @@ class Constants:
 
 def constants(
     interface: Interface, nonmortar: Surface, moduli: tuple[float, float], mortar: Surface | None
-) -> Constants:
+) -> ContactParameters:
     """Constants of an interface of the case.
 
     Args:
@@ -48,15 +49,17 @@ def constants(
     Returns:
         The constants.
     """
-    lengths = facet_lengths(nonmortar.X, nonmortar.facets)
+    lengths = line_lengths(nonmortar.X, nonmortar.facets)
     ends = nonmortar.facets.ravel()
     h = np.bincount(ends, np.repeat(lengths, 2)) / np.bincount(ends)
-    h_mortar = 0.0 if mortar is None else float(facet_lengths(mortar.X, mortar.facets).mean())
+    h_mortar = 0.0 if mortar is None else float(line_lengths(mortar.X, mortar.facets).mean())
     c = contact_scale(h, moduli[0], h_mortar, np.inf if mortar is None else moduli[1])
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
     c_t = factor * (friction.c_factor if friction else 1.0)
-    return Constants(c, factor, c_t, normal, tangential, search_radius(interface, nonmortar))
+    return ContactParameters(
+        c, factor, c_t, normal, tangential, search_radius(interface, nonmortar)
+    )
 
 
 def search_radius(interface: Interface, nonmortar: Surface) -> float:
@@ -67,7 +70,7 @@ def search_radius(interface: Interface, nonmortar: Surface) -> float:
         nonmortar: Its nonmortar surface.
     """
     extent = float(np.hypot(*np.ptp(nonmortar.X, axis=0)))
-    longest = float(facet_lengths(nonmortar.X, nonmortar.facets).max())
+    longest = float(line_lengths(nonmortar.X, nonmortar.facets).max())
     return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * longest)
 
 
@@ -91,14 +94,3 @@ def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
     if friction and friction.penalty is not None:
         c_T = np.full_like(c, friction.penalty)
     return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
-
-
-def facet_lengths(X: Floats, facets: Ints) -> Floats:
-    """Lengths of facets [m], (k,).
-
-    Args:
-        X: Positions [m], (n, 2).
-        facets: Their nodes, (k, 2).
-    """
-    edge = X[facets[:, 1]] - X[facets[:, 0]]
-    return np.asarray(np.hypot(edge[:, 0], edge[:, 1]))

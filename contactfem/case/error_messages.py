@@ -1,4 +1,4 @@
-"""Say what pydantic found wrong: "dotted.key = found: what is allowed; did you mean 'x'?"."""
+"""Messages for mistakes in a case file."""
 
 import json
 import re
@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from contactfem.case.overrides import nearest
+from contactfem.common.text import nearest
 from contactfem.errors import one_line
 
 # what people write, and what it is called here

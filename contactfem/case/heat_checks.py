@@ -1,11 +1,11 @@
-"""Check that a case has what heat needs, and nothing that heat alone could use without it."""
+"""Checks of the keys that heat needs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from contactfem.case.overrides import nearest
+from contactfem.common.text import nearest
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.meshes import MeshFile
 

@@ -1,4 +1,4 @@
-"""Heat laws at points of an interface: conductance (15) and the split of frictional heat (16)-(17).
+"""Conductance of an interface (15).
 
 They know nothing of segments or meshes; every argument is an array over points.
 """
@@ -134,46 +134,3 @@ def under_pressure(law: ConductanceLaw, pressure: float) -> tuple[float, float]:
     """Conductance of surfaces without a gap under one pressure [Pa]: h and dh/dp."""
     at = law(np.array([pressure]), np.zeros(1))
     return float(at.h[0]), float(at.dh_dp[0])
-
-
-class Flux(NamedTuple):
-    """Heat q conducted from nonmortar to mortar [W/m²], dq/d[θ], dq/dp and dq/dg, each (n,)."""
-
-    q: Floats
-    by_jump: Floats
-    by_pressure: Floats
-    by_gap: Floats
-
-
-def conducted(at: Conductance, jump: Floats) -> Flux:
-    """Heat conducted through the interface, q = h (θ_nm - θ_m) (15).
-
-    Args:
-        at: conductance at the points.
-        jump: θ_nm - θ_m (n,) [K].
-
-    Returns:
-        The flux, > 0 from nonmortar to mortar, and its derivatives.
-    """
-    return Flux(at.h * jump, at.h, at.dh_dp * jump, at.dh_dgap * jump)
-
-
-class Outflow(NamedTuple):
-    """Heat that leaves each body through the interface, each (n,) [W/m²]."""
-
-    nonmortar: Floats
-    mortar: Floats
-
-
-def outflow(q: Floats, dissipation: Floats, partition: float = 0.5) -> Outflow:
-    """Heat out of both bodies, q_nm = q - f d and q_m = -q - (1 - f) d (16); they add up to -d.
-
-    Args:
-        q: heat conducted from nonmortar to mortar (n,) [W/m²].
-        dissipation: frictional power d = t·(slip rate) >= 0 (n,), (17) [W/m²].
-        partition: f, share of the frictional heat that enters nonmortar [-].
-
-    Returns:
-        What leaves nonmortar and mortar.
-    """
-    return Outflow(q - partition * dissipation, -q - (1.0 - partition) * dissipation)

@@ -1,16 +1,16 @@
-"""Collect results on the first rank: pictures of the bodies, tables of the interfaces, probes."""
+"""Results gathered on the first rank."""
 
 import numpy as np
 
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats, Ints
-from contactfem.contact.rim import rim_values
+from contactfem.contact.rim import edge_values
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import gather_vertex_values
-from contactfem.laws.complementarity import Status
+from contactfem.fem.nodal_average import nodal_average
+from contactfem.laws.active_set import Status
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.output.fields import nodal_average
 from contactfem.results.data import BodyPicture, InterfaceTable, SurfaceHeat
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
@@ -146,8 +146,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     for k, (interface, c) in enumerate(pairs):
         mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
         op = c.operators
-        pressure, traction = rim_values(c)
-        status = np.where(mesh.carries, c.status, Status.NONE).astype(np.int8)
+        pressure, traction = edge_values(c)
+        status = np.where(mesh.has_multiplier, c.status, Status.NONE).astype(np.int8)
         mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
         seen = np.asarray(op.M.T @ np.where(c.active, pressure, 0.0)).ravel()[mortar]
@@ -162,7 +162,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 traction=traction,
                 slip=state.slip[k],
                 status=status,
-                cover=op.cover,
+                coverage=op.coverage,
                 facet_length=op.length,
                 depth=op.depth,
                 mortar_x=op.x[mortar],
@@ -194,7 +194,7 @@ def _tables_of_heat(discretisation: Discretisation, state: State) -> list[Interf
                 traction=none,
                 slip=none,
                 status=np.full(len(X), Status.NONE, np.int8),
-                cover=none,
+                coverage=none,
                 facet_length=np.bincount(link.surface.facets.ravel(), half).astype(np.float64),
                 mortar_x=np.empty((0, 2)),
                 mortar_pressure=np.empty(0),

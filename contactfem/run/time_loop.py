@@ -1,4 +1,4 @@
-"""The loop over the steps of a run: try, judge, record, and choose the next."""
+"""The loop over the steps of a run."""
 
 from __future__ import annotations
 
@@ -9,22 +9,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, ShorterStep, Verdict
+from contactfem.adaptivity.decisions import (
+    Advance,
+    Decision,
+    GiveUp,
+    MeshHistory,
+    RemeshAndRepeat,
+    RepeatStep,
+)
 from contactfem.case.schema import Case
 from contactfem.case.time_points import stops
-from contactfem.checkpoint.checkpointer import Keeper, Moment, Writing
+from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
 from contactfem.checkpoint.state_io import restored
 from contactfem.common.timers import Timers
-from contactfem.contact.initial_active_set import first_contact
+from contactfem.contact.initial_active_set import initial_active_set
 from contactfem.contact.resultants import defects
 from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.observables import forces
 from contactfem.discretisation.state import State, initial_state
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, StepReport
-from contactfem.run.step_control import GiveUp, StepLimits, after_failure, after_success, clipped
+from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
@@ -58,7 +65,7 @@ class Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
-        keeper: Keeper,
+        keeper: Checkpointer,
         timers: Timers,
         resumed: Progress | None,
     ) -> None:
@@ -120,7 +127,7 @@ class Loop:
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
-                    if isinstance(verdict, Accept):
+                    if isinstance(verdict, Advance):
                         break
                     self.dt, self.easy = self._again(verdict, self.dt), []
                     continue
@@ -159,7 +166,7 @@ class Loop:
 
     def _keep(self, write: Writing) -> None:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
-        moment = Moment(self.discretisation, self.state, self.before, self.progress())
+        moment = RunState(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
             self._warn(trouble)
 
@@ -176,16 +183,16 @@ class Loop:
         self.solver = solver
         self.heat = _HeatSide(self.case, heat, solver) if heat else None
 
-    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Decision:
         """What becomes of a step that was solved; collective."""
         if self.adaptation is None:
-            return Accept(None, None)
+            return Advance(None, None)
         conditions = self.solver.conditions if self.solver is not None else []
         return self.adaptation.judge(self.state, conditions, heat, t)
 
-    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+    def _again(self, verdict: RemeshAndRepeat | RepeatStep, dt: float) -> float:
         """Prepare to take the step again, on new meshes or with another length; returns that."""
-        if isinstance(verdict, NewMeshes):
+        if isinstance(verdict, RemeshAndRepeat):
             self._take_new_meshes(verdict)
             return dt
         if verdict.back == 2 and self.before is not None:
@@ -195,7 +202,7 @@ class Loop:
         self.state.restore(self.discretisation)
         return verdict.dt
 
-    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+    def _take_new_meshes(self, verdict: RemeshAndRepeat) -> None:
         """Go on with new meshes from the last good state; collective."""
         from contactfem.adaptivity.remesh import carried, new_meshes
 
@@ -249,7 +256,7 @@ class Loop:
         """Whether only contact can hold a body of an interface."""
         sides = self.case.interfaces[name]
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
-        return not bodies.isdisjoint(self.discretisation.unheld)
+        return not bodies.isdisjoint(self.discretisation.unrestrained)
 
     def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
@@ -271,7 +278,7 @@ class Loop:
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
         return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
-    def _start(self, k: int) -> Trial | None:
+    def _start(self, k: int) -> ActiveSet | None:
         """Status that the first iteration of a step takes for an interface.
 
         That of the last step where there was contact: with a linear bulk and loads that grow in
@@ -284,8 +291,8 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        return first_contact(operators.gap, operators.length, seen, k in self.alone)
+        seen = np.isfinite(operators.gap) & interface.nodes.mesh.has_multiplier
+        return initial_active_set(operators.gap, operators.length, seen, k in self.alone)
 
     def _accept(
         self,
@@ -347,7 +354,7 @@ def _adaptation(
     case: Case,
     discretisation: Discretisation,
     timers: Timers,
-    lasting: tuple[Lasting, Lasting] | None,
+    lasting: tuple[MeshHistory, MeshHistory] | None,
 ) -> Adaptation | None:
     """What judges steps, only imported where the case asks for an error."""
     if case.adaptivity is None:
@@ -362,8 +369,9 @@ class _HeatSide:
 
     def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
         from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import Staggered
+        from contactfem.thermomechanics.staggered import Passes, Staggered
 
         assert case.heat is not None
-        self.driver = Staggered(solver, thermal, case.heat)
+        passes = Passes(case.heat.max_passes, case.heat.tolerance, case.heat.relaxation)
+        self.driver = Staggered(solver, thermal, passes)
         self.record = HeatRecord(thermal)

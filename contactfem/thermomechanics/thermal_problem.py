@@ -1,158 +1,15 @@
-"""The heat side of a run: its bodies and interfaces, and their links to those of mechanics."""
+"""Heat of a run: bodies, interfaces, transfers to mechanics."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
-import numpy as np
-
-from mpi4py import MPI
-
-from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
-from contactfem.contact.rim import rim_values
-from contactfem.fem.body_mesh import dofs_at_vertices
+from contactfem.contact.state import ContactState
 from contactfem.heat.body import HeatBody
-from contactfem.heat.interface import HeatExchange, HeatInterface
+from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution, HeatStepInput, HeatSystem
-from contactfem.mechanics.body import BodyProblem
-from contactfem.meshes.data import Surface
 from contactfem.results.data import SurfaceHeat
-from contactfem.transfer.lumped_projection import Projection
-from contactfem.transfer.volume import SurfaceTransfer, VertexValues, VolumeTransfer
-
-
-class BodyLink:
-    """Displacement to a body's thermal mesh, and temperature back to its mechanical one (28).
-
-    Args:
-        comm: All ranks.
-        mechanics: The body's mechanical problem.
-        heat: Its heat problem; on the same mesh nothing is interpolated.
-    """
-
-    def __init__(self, comm: MPI.Comm, mechanics: BodyProblem, heat: HeatBody) -> None:
-        self._comm, self._mechanics, self._heat = comm, mechanics, heat
-        self._same = mechanics.mesh is heat.mesh
-        domain = heat.mesh.mesh
-        self._u_dofs = dofs_at_vertices(domain, heat.displacement_space)[0]
-        temperature = mechanics.temperature
-        assert temperature is not None
-        self._temperature = temperature
-        self._theta_dofs = dofs_at_vertices(mechanics.mesh.mesh, temperature.function_space)[0]
-        if self._same:
-            return
-        self._u_source = VertexValues(comm, mechanics.mesh, mechanics.vertex_space)
-        self._u_target = VertexValues(comm, heat.mesh, heat.displacement_space)
-        self._theta_source = VertexValues(comm, heat.mesh, heat.V)
-        self._theta_target = VertexValues(comm, mechanics.mesh, temperature.function_space)
-
-    def prepare(self) -> None:
-        """Make both transfers, for a run that needs them in every step; collective."""
-        if not self._same:
-            _ = self._to_heat, self._to_mechanics
-
-    @cached_property
-    def _to_heat(self) -> VolumeTransfer:
-        return VolumeTransfer(self._comm, self._mechanics.mesh, self._heat.mesh, self._heat.name)
-
-    @cached_property
-    def _to_mechanics(self) -> Projection:
-        return Projection(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
-
-    def deform(self) -> None:
-        """Give the heat problem the present displacement; collective."""
-        mechanics, u = self._mechanics, self._heat.u.x.array
-        if self._same:
-            u[self._u_dofs] = mechanics.u.x.array[mechanics.vertex_dofs]
-        else:
-            values = self._u_source.replicate(mechanics.u.x.array)
-            self._u_target.insert(self._to_heat(values), u)
-
-    def warm(self, theta: Floats) -> None:
-        """Give the mechanical problem temperatures of the heat problem, flat local; collective."""
-        array = self._temperature.x.array
-        if self._same:
-            array[self._theta_dofs] = theta[self._heat.vertex_dofs]
-        else:
-            values = self._theta_source.replicate(theta)
-            self._theta_target.insert(self._to_mechanics(values), array)
-
-    @property
-    def warmth(self) -> Floats:
-        """Temperatures that mechanics has, flat local; to be written to [K]."""
-        array: Floats = self._temperature.x.array
-        return array
-
-
-@dataclass(frozen=True)
-class InterfaceLink:
-    """An interface of the heat problem and what mechanics gives it.
-
-    Attributes:
-        heat: The heat side.
-        to_heat: From nodes of the mechanical nonmortar surface to the thermal one.
-        to_mechanics: The way back.
-        pressure: Pressure over time that stands in for that of mechanics [Pa].
-        dissipation: Frictional heat per area that stands in for it [W/m²].
-        rubs: Whether mechanics has friction there.
-        surface: The mechanical nonmortar surface.
-    """
-
-    heat: HeatInterface
-    to_heat: SurfaceTransfer
-    to_mechanics: SurfaceTransfer
-    pressure: Table | None
-    dissipation: Table | None
-    rubs: bool
-    surface: Surface
-
-    def exchange(self, c: Conditions | None, t: float, dt: float, ramp_end: float) -> HeatExchange:
-        """What the interface exchanges at the end of a step; collective.
-
-        Args:
-            c: Contact conditions there; None without mechanics.
-            t: Time at the start of the step [s].
-            dt: Its length [s].
-            ramp_end: Time at which constant motions are reached [s].
-        """
-        n = self.to_heat.matrix.shape[1]
-        pressure, density, power = np.zeros(n), np.zeros(n), None
-        if c is not None:
-            pressure = contact_pressure(c)
-            if self.rubs:
-                density, power = friction_heat(c, dt)
-        if self.pressure is not None:
-            pressure = np.full(n, self.pressure(t + dt))
-        if self.dissipation is not None:
-            density = np.full(n, 0.5 * (self.dissipation(t) + self.dissipation(t + dt)))
-            power = None
-        x = self.heat.nodes.positions(t + dt, ramp_end)
-        heat = self.to_heat(density)
-        if power is not None and not heat.any():  # it fell between the thermal nodes
-            heat = self.to_heat.spread(density)
-        return self.heat.exchange(x, self.to_heat(pressure), heat, power)
-
-
-def contact_pressure(c: Conditions) -> Floats:
-    """Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
-    return np.asarray(np.maximum(np.where(c.active, rim_values(c)[0], 0.0), 0.0))
-
-
-def friction_heat(c: Conditions, dt: float) -> tuple[Floats, float]:
-    """Frictional heat per area d = t·ṡ (17) and frictional power of an interface.
-
-    Args:
-        c: Contact conditions at the end of a step.
-        dt: Length of the step [s].
-
-    Returns:
-        d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D⁰_jj t_j s_j / dt [W/m].
-    """
-    density = np.where(c.active, rim_values(c)[1] * c.plastic_slip / dt, 0.0)
-    power = float(np.sum(c.history.D * c.traction * c.plastic_slip)) / dt
-    return np.maximum(density, 0.0), power
+from contactfem.thermomechanics.body_transfer import BodyLink
+from contactfem.thermomechanics.interface_transfer import InterfaceLink
 
 
 class Thermal:
@@ -188,20 +45,20 @@ class Thermal:
         """The heat problems."""
         return self.system.bodies
 
-    def warm(self, theta: Sequence[Floats]) -> None:
+    def set_temperature(self, theta: Sequence[Floats]) -> None:
         """Give mechanics its temperatures; collective.
 
         Args:
             theta: Flat local arrays of the bodies [K].
         """
         for link, values in zip(self.links, theta, strict=True):
-            link.warm(values)
+            link.set_temperature(values)
 
     def solve(
         self,
         theta: Sequence[Floats],
         u: Sequence[Floats],
-        conditions: Sequence[Conditions | None],
+        conditions: Sequence[ContactState | None],
         t: float,
         dt: float,
         ramp_end: float,
@@ -221,7 +78,7 @@ class Thermal:
         """
         with self.system.timers.book("transfer"):
             for link in self.links if self.moving else ():
-                link.deform()
+                link.set_displacement()
         with self.system.timers.book("heat.interface"):
             exchanges = [
                 link.exchange(c, t, dt, ramp_end)

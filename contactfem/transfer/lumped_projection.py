@@ -1,4 +1,4 @@
-"""Nodal values on another mesh of a body, with their integrals kept locally."""
+"""Lumped L2 projection between two meshes of a body."""
 
 from math import factorial
 
@@ -11,9 +11,10 @@ from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.meshes.data import MeshData, jacobians
+from contactfem.transfer.matching import everywhere
 from contactfem.transfer.point_location import cell_sizes
 from contactfem.transfer.shape_functions import is_simplex, shape_functions
-from contactfem.transfer.volume import VolumeTransfer, everywhere, located
+from contactfem.transfer.volume import VolumeTransfer, located
 
 REFERENCE = {  # corners of the reference cells
     "triangle": [(0, 0), (1, 0), (0, 1)],
@@ -23,7 +24,7 @@ REFERENCE = {  # corners of the reference cells
 }
 
 
-class Projection:
+class LumpedProjection:
     """Interpolation, corrected by what the field has between the target's vertices.
 
     A linear interpolant of a bent field lies on one side of it: where meshes are replaced at every

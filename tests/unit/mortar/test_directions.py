@@ -8,11 +8,14 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.common.time_table import constant
-from contactfem.contact.conditions import Contact, ContactLaw, History
+from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.contact.state import ContactHistory
 from contactfem.contact.tangent import linearise
-from contactfem.laws.complementarity import Coulomb, Status
-from contactfem.mechanics.interface_nodes import circle_side, plane_side, polyline_side
-from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.laws.active_set import Status
+from contactfem.laws.friction import Coulomb
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import nodal_normals
+from contactfem.mortar.sides import circle_side, plane_side, polyline_side
 
 REST = (constant(0.0), constant(0.0))
 CENTRE = np.array((0.4, 1.5))
@@ -84,7 +87,7 @@ def test_derivative(chains, inside):
         MPI.COMM_SELF, mesh, ContactLaw(Coulomb(0.4), np.full(n, 5.0), 1.0, 0.7, 1.0, 0.3)
     )
     operators = contact.operators(start)
-    history = History(operators.D, operators.M)
+    history = ContactHistory(operators.D, operators.M)
     x = start + 0.004 * moving * rng.normal(size=start.shape)
     field = nodal_normals(mesh, x)
     p, t = rng.uniform(0.2, 1.0, (n, 1)), 0.35 * rng.normal(size=(n, 1))
