@@ -66,8 +66,8 @@ class Collected:
         if not self._curved:
             return ()
         return (
-            f"{self._curved} cells are of second or higher order: their corners are taken, edges "
-            "are straight in between",
+            f"{self._curved} cells of the file are of second or higher order: their corners are "
+            "taken, edges are straight in between",
         )
 
     def cells(self) -> Kinds:

@@ -131,5 +131,5 @@ KEY_WORDS: dict[str, dict[str, str]] = {
     "Ring": BUILDER | CIRCLE,
     "GradedBlock": BUILDER | {"width": "size in x", "height": "size in y"},
     "Tire": BUILDER,
-    "MeshFile": {"file": "gmsh's .msh, or what meshio reads"},
+    "MeshFile": {"file": "a mesh of gmsh, Abaqus, CalculiX, or what meshio reads"},
 }

@@ -11,12 +11,13 @@ from typing import Any
 
 from mpi4py import MPI
 
+from contactfem.case.body_meshes import mesh_remarks
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.check.check import check_bodies, describe
 from contactfem.checkpoint.format import Checkpoint
 from contactfem.common.timers import seconds_since_start
-from contactfem.errors import ContactfemError, ExitCode
+from contactfem.errors import ContactfemError, ExitCode, one_line
 from contactfem.results.expectations import check_names
 from contactfem.run.resume import Resumption, prepare
 from contactfem.run.signals import StopSignals
@@ -170,6 +171,9 @@ def _run_one(
 
     if comm.rank == 0:
         print(describe(case), flush=True)
+        for where, text, doubtful in mesh_remarks(case) if checkpoint is None else ():
+            if not doubtful:  # doubts are said by the run itself
+                print(one_line(f"{where}: {text}"), flush=True)
     imports = seconds_since_start() if first else 0.0
     command = _command(comm)
     if checkpoint is not None:

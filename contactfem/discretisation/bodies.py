@@ -7,13 +7,13 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case.base import AXES
+from contactfem.case.body_meshes import ON_AXIS
 from contactfem.case.element_choice import element_of
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
 from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.typing import Ints
-from contactfem.discretisation.meshes import ON_AXIS
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.forms.energies import (

@@ -147,7 +147,7 @@ class Loop:
                 self.cautious = not self.cautious  # what did not work once, or does not any more
                 self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
             if solved.doubt:
-                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
+                self.warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
             wall = time.perf_counter() - begun
             report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
             if self.solver is not self.reusing:
@@ -168,7 +168,7 @@ class Loop:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
         moment = RunState(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
-            self._warn(trouble)
+            self.warn(trouble)
 
     def _renewed(self) -> bool:
         """Take the step without factors that serve on, if there were any: it may be their fault."""
@@ -240,8 +240,8 @@ class Loop:
         else:
             self.pending = report, copy.copy(self.state)
 
-    def _warn(self, text: str) -> None:
-        """Accept what no smaller step mends, but say so."""
+    def warn(self, text: str) -> None:
+        """Accept what is doubtful, but say so."""
         self.warnings.append(text)
         self.recorder.warning(text)
 
