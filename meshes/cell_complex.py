@@ -1,5 +1,7 @@
 """What is checked of the cells of a mesh from a file: that they fill a body once."""
 
+from itertools import combinations
+
 import numpy as np
 
 from contactfem.common.typing import Floats, Ints
@@ -8,7 +10,8 @@ from contactfem.meshes.data import FACETS, CellName, MeshData, boundary_facets, 
 from contactfem.meshes.raw import Kinds
 
 MOST_NEAR = 200  # points at one place, on average, that are merged
-SAME = 1e-7  # of the body's size: nodes this close that share no cell are taken for one place
+SAME = 1e-7  # of the body's size: nodes this close are taken for one place
+CLOSE = 1e-2  # and this of the shortest edge there
 
 
 def distinct(cells: Kinds) -> tuple[Kinds, int]:
@@ -82,18 +85,31 @@ def check_complex(data: MeshData) -> tuple[str, ...]:
 
 
 def coincident(data: MeshData) -> Floats:
-    """Places (k, dim) [m] of boundary nodes that lie on one another and share no cell."""
+    """Places (k, dim) [m] where boundary nodes lie on one another, beside the cells' edges."""
     from scipy.spatial import KDTree
 
     outer = np.unique(boundary_facets(data.cells, data.cell_type))
-    near = SAME * float(np.ptp(data.points, axis=0).max())
     tree = KDTree(data.points[outer])
-    found = tree.query(data.points[outer], k=min(4, len(outer)), distance_upper_bound=near)[1]
-    own = np.repeat(np.arange(len(outer)), found.shape[1])
-    pairs = np.stack([own, found.ravel()], axis=1)
-    pairs = outer[pairs[(pairs[:, 1] < len(outer)) & (pairs[:, 1] != own)]]  # there is one so close
-    pairs = pairs[~_share_cell(pairs, data.cells)]
+    near = SAME * float(np.ptp(data.points, axis=0).max())
+    distance, found = tree.query(
+        data.points[outer], k=min(4, len(outer)), distance_upper_bound=near
+    )
+    own = np.broadcast_to(np.arange(len(outer))[:, None], found.shape)
+    close = distance <= CLOSE * _shortest_edges(data)[outer, None]
+    close &= found != own  # found is len(outer) where there is none so close
+    pairs = np.stack([outer[own[close]], outer[found[close]]], axis=1)
     return data.points[np.unique(_joined(len(data.points), pairs)[pairs[:, 0]])]
+
+
+def _shortest_edges(data: MeshData) -> Floats:
+    """Smallest distance [m] of every point to another one of its cells (n,)."""
+    shortest = np.full(len(data.points), np.inf)
+    for a, b in combinations(range(data.cells.shape[1]), 2):
+        ends = data.cells[:, [a, b]]
+        length = np.linalg.norm(np.diff(data.points[ends], axis=1)[:, 0], axis=1)
+        for end in ends.T:
+            np.minimum.at(shortest, end, length)
+    return shortest
 
 
 def pieces(points: Floats, cells: Ints) -> int:
@@ -117,17 +133,6 @@ def pieces(points: Floats, cells: Ints) -> int:
 def place(x: Floats) -> str:
     """A point [m] in words."""
     return f"({', '.join(f'{value:.6g}' for value in x)}) m"
-
-
-def _share_cell(pairs: Ints, cells: Ints) -> Ints:
-    """Whether the vertices of each pair (k, 2) belong to a common cell."""
-    from scipy.sparse import csr_array
-
-    count = int(cells.max()) + 1
-    rows = np.repeat(np.arange(len(cells)), cells.shape[1])
-    of = csr_array((np.ones(cells.size, np.int32), (cells.ravel(), rows)), (count, len(cells)))
-    common: Ints = (of[pairs[:, 0]] * of[pairs[:, 1]]).sum(axis=1) > 0
-    return common
 
 
 def _check_facets(data: MeshData) -> None:

@@ -24,7 +24,7 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
 def triangles(cells: Kinds, points: Floats) -> Ints:
     """Triangles (k, 3) that fill plane cells.
 
-    Quadrilaterals are split by the diagonal that leaves the larger of the smaller areas.
+    Quadrilaterals are split by the diagonal that leaves triangles, and the better ones.
 
     Args:
         cells: corners (m, nv) of triangles and quadrilaterals, around the cell.
@@ -33,9 +33,13 @@ def triangles(cells: Kinds, points: Floats) -> Ints:
     parts = [rows for kind, rows in cells.items() if kind == "triangle"]
     if (quads := cells.get("quad")) is not None:
         ways = [quads[:, [[0, 1, 2], [0, 2, 3]]], quads[:, [[1, 2, 3], [1, 3, 0]]]]
-        quality = [np.min(_areas(points, way) * _sign(points, quads), axis=1) for way in ways]
-        first = quality[0] >= quality[1] - 1e-9 * np.abs(_areas(points, ways[0])).sum(axis=1)
-        parts.append(np.where(first[:, None, None], *ways).reshape(-1, 3))
+        sense = np.sign(_areas(points, ways[0]).sum(axis=1, keepdims=True))
+        first, second = (
+            np.min(_areas(points, way) * sense, axis=1) / _squared(points, quads[:, ends])
+            for way, ends in zip(ways, ([0, 2], [1, 3]), strict=True)
+        )
+        rising = first >= (1.0 - 1e-9) * second
+        parts.append(np.where(rising[:, None, None], *ways).reshape(-1, 3))
     found = np.concatenate(parts)
     return found[whole(found)]
 
@@ -92,6 +96,7 @@ def _areas(points: Floats, triangles: Ints) -> Floats:
     return areas
 
 
-def _sign(points: Floats, quads: Ints) -> Floats:
-    """Sense (m, 1) in which quadrilaterals run: 1 or -1."""
-    return np.sign(_areas(points, quads[:, [[0, 1, 2], [0, 2, 3]]]).sum(axis=1, keepdims=True))
+def _squared(points: Floats, edges: Ints) -> Floats:
+    """Squares of the lengths of edges (m, 2), above zero."""
+    squared: Floats = (np.diff(points[edges], axis=1) ** 2).sum(axis=(1, 2))
+    return np.maximum(squared, np.finfo(np.float64).tiny)
