@@ -1,4 +1,4 @@
-"""Read the mesh and the sets of an input file of Abaqus or CalculiX."""
+"""Read mesh and sets of an Abaqus or CalculiX file."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Elements of Abaqus and CalculiX: their kinds, numbers of nodes and faces."""
+"""Elements of Abaqus: their kinds, numbers of nodes, faces."""
 
 import re
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Nodes, elements, sets and surfaces of an Abaqus model or of one of its instances."""
+"""Nodes, elements, sets and surfaces of an Abaqus model."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Input files of Abaqus and CalculiX as keywords with their options and data lines."""
+"""Keywords of Abaqus files, with options and data lines."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

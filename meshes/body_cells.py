@@ -1,4 +1,4 @@
-"""One body's mesh out of everything that a file holds."""
+"""One body's mesh out of what a file holds."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What is checked of the cells of a mesh from a file: that they fill a body once."""
+"""Check that the cells of a mesh fill a body once."""
 
 from itertools import combinations
 

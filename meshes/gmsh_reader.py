@@ -1,4 +1,4 @@
-"""Meshes that gmsh reads: its own, universal (.unv) and Nastran bulk data (.bdf)."""
+"""Read meshes by gmsh: .msh, universal (.unv), Nastran (.bdf)."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Meshes in any format that meshio reads, with their named groups."""
+"""Read meshes by meshio, with their named groups."""
 
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO

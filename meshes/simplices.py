@@ -1,4 +1,4 @@
-"""Cells of several kinds, or with corners that are one, split into triangles or tetrahedra."""
+"""Split cells of several kinds into triangles or tetrahedra."""
 
 import numpy as np
 

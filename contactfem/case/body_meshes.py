@@ -1,4 +1,4 @@
-"""Build the meshes of a case's bodies, and check that they fit the case."""
+"""Meshes of a case's bodies, checked that they fit the case."""
 
 from __future__ import annotations
 
