@@ -7,9 +7,10 @@ import numpy as np
 
 from contactfem.common.typing import Floats
 from contactfem.errors import MeshError
-from contactfem.meshes.abaqus_scope import Model, Scope
+from contactfem.meshes.abaqus_model import Model
+from contactfem.meshes.abaqus_scope import Scope
 from contactfem.meshes.abaqus_text import Keyword, keywords
-from contactfem.meshes.raw import RawMesh
+from contactfem.meshes.raw import Collected, RawMesh
 
 # what makes nodes or elements in ways that are not read
 GENERATORS = (
@@ -51,23 +52,47 @@ def read_abaqus(path: Path) -> RawMesh:
     """
     outline = _outline(keywords(path))
     model = Model()
+    scopes: dict[str, Scope] = {}
     for name, own, motion in _scopes(outline):
-        scope = Scope(model, name)
+        scope = Scope(model, scopes, name)
         for keyword in (k for k in own if k.name == "NODE"):
             scope.add_nodes(keyword)
         if motion is not None:
             scope.move(*motion)
         for keyword in (k for k in own if k.name == "ELEMENT"):
             scope.add_elements(keyword)
-        model.scopes[name.upper()] = scope
+        scopes[name.upper()] = scope
     if not model.count:
         raise MeshError("has no *NODE and *ELEMENT: not a mesh of Abaqus or CalculiX")
     for name, own, _ in reversed(_scopes(outline)):
         for keyword in (k for k in own if k.name in ("NSET", "ELSET")):
-            model.scopes[name.upper()].add_set(keyword)
+            scopes[name.upper()].add_set(keyword)
         for keyword in (k for k in own if k.name == "SURFACE"):
-            model.scopes[name.upper()].add_surface(keyword)
-    return model.mesh()
+            scopes[name.upper()].add_surface(keyword)
+    return _mesh(model, scopes)
+
+
+def _mesh(model: Model, scopes: dict[str, Scope]) -> RawMesh:
+    """The whole with its groups.
+
+    A name of an instance alone stands for that in all instances, unless the model has it.
+    """
+    cells = Collected()
+    for block in model.blocks:
+        cells.add(block.type.kind, block.rows, block.type.nodes > block.type.corners)
+    top = scopes[""]
+    groups, nodes = top.groups(), top.node_groups()
+    taken = groups.keys() | nodes.keys()
+    for scope in scopes.values():
+        for name, kinds in scope.groups().items() if scope is not top else ():
+            for kind, rows in kinds.items() if name not in taken else ():
+                cells.add_to(name, kind, rows)
+        for name, points in scope.node_groups().items() if scope is not top else ():
+            if name not in taken:
+                nodes[name] = np.union1d(nodes.get(name, points), points)
+    groups |= cells.groups()
+    notes = (*cells.notes(), *model.notes)
+    return RawMesh(np.concatenate(model.points), cells.cells(), groups, nodes, notes)
 
 
 def _outline(found: list[Keyword]) -> _Outline:
@@ -105,7 +130,10 @@ def _scopes(outline: _Outline) -> list[tuple[str, list[Keyword], _Motion | None]
             known = ", ".join(name for name, _ in outline.parts.values())
             raise keyword.wrong(f"is of the part '{part}', which is not there: {known or 'none'}")
         own = outline.parts[part.upper()][1] + instance.own
-        scopes.append((keyword.needed("NAME"), own, _motion(keyword)))
+        name = keyword.needed("NAME")
+        if name.upper() in (each.upper() for each, _, _ in scopes):
+            raise keyword.wrong(f"is named '{name}', as another one")
+        scopes.append((name, own, _motion(keyword)))
     return scopes
 
 

@@ -1,74 +1,15 @@
 """Nodes, elements, sets and surfaces of an Abaqus model."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.errors import MeshError
-from contactfem.meshes.abaqus_elements import FACES, ElementType, element_type
-from contactfem.meshes.abaqus_text import Keyword
-from contactfem.meshes.raw import CORNERS, Collected, Kinds, RawMesh
-
-LARGEST = 2**53  # labels; what a float holds exactly
-
-
-@dataclass(frozen=True)
-class _Block:
-    """Elements of one type: numbers from `first` on, corners (n, nv) by point."""
-
-    first: int
-    type: ElementType
-    rows: Ints
-
-
-class Model:
-    """All of a file, with one numbering of points and of elements."""
-
-    def __init__(self) -> None:
-        self.points: list[Floats] = []
-        self.blocks: list[_Block] = []
-        self.scopes: dict[str, Scope] = {}
-        self.notes: list[str] = []
-        self.point_count = self.count = 0
-
-    def kinds(self, elements: Ints) -> Kinds:
-        """Cells (n, nv) of elements by kind."""
-        found: dict[str, list[Ints]] = {}
-        for block, own in self.own(elements):
-            found.setdefault(block.type.kind, []).append(block.rows[own])
-        return {kind: np.concatenate(rows) for kind, rows in found.items()}
-
-    def own(self, elements: Ints) -> Iterator[tuple[_Block, Ints]]:
-        """Blocks that have some of the elements, with the rows of these."""
-        for block in self.blocks:
-            own = elements - block.first
-            own = own[(own >= 0) & (own < len(block.rows))]
-            if len(own):
-                yield block, own
-
-    def mesh(self) -> RawMesh:
-        """The whole with its groups.
-
-        A name of an instance alone stands for that in all instances, unless the model has it.
-        """
-        cells = Collected()
-        for block in self.blocks:
-            cells.add(block.type.kind, block.rows, block.type.nodes > block.type.corners)
-        top = self.scopes[""]
-        groups, nodes = top.groups(), top.node_groups()
-        taken = groups.keys() | nodes.keys()
-        for scope in self.scopes.values():
-            for name, kinds in scope.groups().items() if scope is not top else ():
-                for kind, rows in kinds.items() if name not in taken else ():
-                    cells.add_to(name, kind, rows)
-            for name, points in scope.node_groups().items() if scope is not top else ():
-                if name not in taken:
-                    nodes[name] = np.union1d(nodes.get(name, points), points)
-        groups |= cells.groups()
-        notes = (*cells.notes(), *self.notes)
-        return RawMesh(np.concatenate(self.points), cells.cells(), groups, nodes, notes)
+from contactfem.meshes.abaqus_elements import element_type
+from contactfem.meshes.abaqus_model import Block, Model, face_kind, free_faces
+from contactfem.meshes.abaqus_text import Keyword, numbers, records, whole_number
+from contactfem.meshes.raw import Kinds
 
 
 class _Set:
@@ -86,14 +27,15 @@ class _Set:
 class Scope:
     """Labels and names of the model, or of one instance, and what they stand for."""
 
-    def __init__(self, model: Model, name: str) -> None:
-        self.model, self.name = model, name
+    def __init__(self, model: Model, scopes: dict[str, "Scope"], name: str) -> None:
+        self.model, self.scopes, self.name = model, scopes, name
         self.nodes: dict[int, int] = {}
         self.elements: dict[int, int] = {}
         self.sets: dict[str, dict[str, _Set]] = {"NSET": {}, "ELSET": {}}
         self.surfaces: dict[str, tuple[str, Kinds]] = {}
         self.surface_nodes: dict[str, tuple[str, Ints]] = {}
         self.left_out: set[int] = set()
+        self._points: list[Floats] = []
 
     def add_nodes(self, keyword: Keyword) -> None:
         """Read *NODE: label, x, y, z in a line, or cylindrical or spherical coordinates.
@@ -102,10 +44,10 @@ class Scope:
             MeshError: a line that is not numbers.
         """
         labels = np.empty(len(keyword.data), dtype=np.int64)
-        points = np.zeros((len(keyword.data), 3))
+        points: Floats = np.zeros((len(keyword.data), 3))
         for k, (line, text) in enumerate(keyword.data):
-            values = _numbers(line, text)
-            labels[k] = _label(line, values[0])
+            values = numbers(line, text)
+            labels[k] = whole_number(line, values[0])
             points[k, : len(values[1:4])] = values[1:4]
         system = keyword.options.get("SYSTEM", "R").upper()
         if system not in ("R", "C", "S"):
@@ -113,6 +55,7 @@ class Scope:
         points = _cartesian(points, system)
         first = self.model.point_count
         self.model.points.append(points)
+        self._points.append(points)
         self.model.point_count += len(points)
         self.nodes.update(zip(labels.tolist(), range(first, first + len(points)), strict=True))
         if name := keyword.options.get("NSET"):
@@ -120,13 +63,9 @@ class Scope:
 
     def move(self, shift: Floats, a: Floats, b: Floats, angle: float) -> None:
         """Shift all nodes, then turn them about the axis from a to b by an angle [rad]."""
-        numbers = set(self.nodes.values())
-        first = 0
-        for points in self.model.points:
-            if first in numbers:
-                points += shift - a
-                points[:] = _turned(points, (b - a) / np.linalg.norm(b - a), angle) + a
-            first += len(points)
+        for points in self._points:
+            points += shift - a
+            points[:] = _turned(points, (b - a) / np.linalg.norm(b - a), angle) + a
 
     def add_elements(self, keyword: Keyword) -> None:
         """Read *ELEMENT: label and nodes, over as many lines as they take.
@@ -139,9 +78,10 @@ class Scope:
         if kind is None:
             self._leave_out(keyword, name)
             return
-        labels, rows = [], []
-        for line, values in _records(keyword, kind.nodes + 1):
-            label = _label(line, values[0])
+        labels: list[int] = []
+        rows: list[list[int]] = []
+        for line, values in records(keyword, kind.nodes + 1):
+            label = whole_number(line, values[0])
             if label in self.elements:
                 raise MeshError(f"{line}: there is an element {label} already")
             self.elements[label] = self.model.count + len(labels)
@@ -149,7 +89,7 @@ class Scope:
             rows.append([self._node(line, value) for value in values[1 : kind.corners + 1]])
         first = self.model.count
         if labels:
-            block = _Block(first, kind, np.array(rows, dtype=np.int64))
+            block = Block(first, kind, np.array(rows, dtype=np.int64))
             self.model.blocks.append(block)
             self.model.count += len(labels)
         if name := keyword.options.get("ELSET", ""):
@@ -205,7 +145,7 @@ class Scope:
         faces: dict[str, list[Ints]] = {}
         for line, what, label in entries:
             for face in self._faces(line, self.members(keyword, line, "ELSET", what), label):
-                faces.setdefault(_face_kind(face), []).append(face)
+                faces.setdefault(face_kind(face), []).append(face)
         joined = {of: np.concatenate(rows) for of, rows in faces.items()}
         self.surfaces[name.upper()] = (name, joined)
 
@@ -216,8 +156,8 @@ class Scope:
             MeshError: there are none.
         """
         owner, dot, inner = word.partition(".")
-        if dot and owner.upper() in self.model.scopes:
-            return self.model.scopes[owner.upper()].members(keyword, line, kind, inner)
+        if dot and owner.upper() in self.scopes:
+            return self.scopes[owner.upper()].members(keyword, line, kind, inner)
         labels = self.nodes if kind == "NSET" else self.elements
         if word.isdigit():
             if int(word) in labels:
@@ -238,7 +178,7 @@ class Scope:
         Raises:
             MeshError: not two or three whole numbers.
         """
-        values = [_label(line, value) for value in _numbers(line, text)]
+        values = [whole_number(line, value) for value in numbers(line, text)]
         if len(values) not in (2, 3) or (len(values) == 3 and values[2] < 1):
             raise MeshError(f"{line}: a range is a first label, a last one and a step")
         first, last, step = (*values, 1)[:3]
@@ -277,9 +217,9 @@ class Scope:
         """The scope that a keyword's INSTANCE= names, or this one."""
         if not name:
             return self
-        if name.upper() not in self.model.scopes:
+        if name.upper() not in self.scopes:
             raise keyword.wrong(f"is of the instance '{name}', which is not there")
-        return self.model.scopes[name.upper()]
+        return self.scopes[name.upper()]
 
     def _node(self, line: str, value: float) -> int:
         """Point of a node's label.
@@ -287,7 +227,7 @@ class Scope:
         Raises:
             MeshError: there is no such node.
         """
-        if (found := self.nodes.get(_label(line, value))) is None:
+        if (found := self.nodes.get(whole_number(line, value))) is None:
             raise MeshError(f"{line}: there is no node {value:.0f}")
         return found
 
@@ -298,7 +238,7 @@ class Scope:
             MeshError: elements of this kind have no such face.
         """
         if not label:
-            yield from _free_faces(
+            yield from free_faces(
                 self.model.kinds(elements), self.model.kinds(np.arange(self.model.count))
             )
             return
@@ -312,77 +252,10 @@ class Scope:
                 raise MeshError(f"{line}: {block.type.kind} elements have no face {label}")
 
 
-def _free_faces(chosen: Kinds, everything: Kinds) -> Iterator[Ints]:
-    """Faces of chosen cells that no other cell has."""
-    for count in (2, 3, 4):
-        mine, others = ([np.empty((0, count), np.int64)] for _ in range(2))
-        for cells, faces in ((chosen, mine), (everything, others)):
-            for kind, rows in cells.items():
-                faces += [rows[:, list(f)] for f in FACES.get(kind, ()) if len(f) == count]
-        pool, mine_all = np.sort(np.concatenate(others)), np.concatenate(mine)
-        unique, times = np.unique(pool, axis=0, return_counts=True)
-        free = {tuple(face) for face in unique[times == 1].tolist()}
-        keep = [tuple(face) in free for face in np.sort(mine_all).tolist()]
-        if any(keep):
-            yield mine_all[keep]
-
-
-def _face_kind(face: Ints) -> str:
-    """Kind of faces (n, nv)."""
-    return next(k for k, (d, n) in CORNERS.items() if n == face.shape[1] and d == min(n - 1, 2))
-
-
 def _entry(text: str) -> tuple[str, str]:
     """What a line of a surface names, and the label of the face."""
     words = [*(word.strip() for word in text.split(",")), ""]
     return words[0], words[1].upper()
-
-
-def _numbers(line: str, text: str) -> list[float]:
-    """Numbers of a line; an empty field is zero, Fortran's exponents are read.
-
-    Raises:
-        MeshError: something that is no number.
-    """
-    words = text.rstrip(",").split(",")
-    try:
-        return [float(word.upper().replace("D", "E")) if word.strip() else 0.0 for word in words]
-    except ValueError:
-        raise MeshError(f"{line}: '{text[:60]}' is not numbers with commas") from None
-
-
-def _label(line: str, value: float) -> int:
-    """A whole number.
-
-    Raises:
-        MeshError: it is none.
-    """
-    if not abs(value) < LARGEST or value != int(value):
-        raise MeshError(f"{line}: {value:g} is not the number of a node or an element")
-    return int(value)
-
-
-def _records(keyword: Keyword, size: int) -> Iterator[tuple[str, list[float]]]:
-    """Lists of so many numbers, each with the line where it begins.
-
-    Raises:
-        MeshError: the last one is not whole, or a line goes on after the end of one.
-    """
-    begun: list[float] = []
-    start = ""
-    for line, text in keyword.data:
-        start = start if begun else line
-        begun += _numbers(line, text)
-        if len(begun) == size:
-            yield start, begun
-            begun = []
-        elif len(begun) > size:
-            break
-    if begun:
-        kind = keyword.options["TYPE"]
-        raise MeshError(
-            f"{start}: an element of type {kind} has {size - 1} nodes; found {len(begun) - 1}"
-        )
 
 
 def _cartesian(points: Floats, system: str) -> Floats:
@@ -402,4 +275,5 @@ def _cartesian(points: Floats, system: str) -> Floats:
 def _turned(x: Floats, axis: Floats, angle: float) -> Floats:
     """Points (n, 3) turned about an axis through the origin (Rodrigues' formula)."""
     along = np.outer(x @ axis, axis)
-    return along + np.cos(angle) * (x - along) + np.sin(angle) * np.cross(axis, x)
+    turned: Floats = along + np.cos(angle) * (x - along) + np.sin(angle) * np.cross(axis, x)
+    return turned

@@ -7,6 +7,7 @@ from pathlib import Path
 from contactfem.errors import MeshError
 
 DEEPEST = 10  # files that include files
+LARGEST = 2**53  # labels; what a float holds exactly
 
 
 @dataclass(frozen=True)
@@ -107,3 +108,50 @@ def _keyword(line: str, text: str) -> Keyword:
     pairs = (option.partition("=") for option in options if option.strip())
     given = {"".join(key.split()).upper(): value.strip().strip("\"'") for key, _, value in pairs}
     return Keyword("".join(name.split()).upper(), given, line)
+
+
+def numbers(line: str, text: str) -> list[float]:
+    """Numbers of a line; an empty field is zero, Fortran's exponents are read.
+
+    Raises:
+        MeshError: something that is no number.
+    """
+    words = text.rstrip(",").split(",")
+    try:
+        return [float(word.upper().replace("D", "E")) if word.strip() else 0.0 for word in words]
+    except ValueError:
+        raise MeshError(f"{line}: '{text[:60]}' is not numbers with commas") from None
+
+
+def whole_number(line: str, value: float) -> int:
+    """A whole number.
+
+    Raises:
+        MeshError: it is none.
+    """
+    if not abs(value) < LARGEST or value != int(value):
+        raise MeshError(f"{line}: {value:g} is not the number of a node or an element")
+    return int(value)
+
+
+def records(keyword: Keyword, size: int) -> Iterator[tuple[str, list[float]]]:
+    """Lists of so many numbers, each with the line where it begins.
+
+    Raises:
+        MeshError: the last one is not whole, or a line goes on after the end of one.
+    """
+    begun: list[float] = []
+    start = ""
+    for line, text in keyword.data:
+        start = start if begun else line
+        begun += numbers(line, text)
+        if len(begun) == size:
+            yield start, begun
+            begun = []
+        elif len(begun) > size:
+            break
+    if begun:
+        kind = keyword.options["TYPE"]
+        raise MeshError(
+            f"{start}: an element of type {kind} has {size - 1} nodes; found {len(begun) - 1}"
+        )

@@ -71,7 +71,7 @@ def file_body(raw: RawMesh, body: str | None, unit: float, merge: float | None) 
     for rows in (*kinds.values(), *(rows for kind, rows in raw.cells.items() if kind != "vertex")):
         if len(rows):
             check_points(points, rows)
-    first = np.arange(len(points))
+    first: Ints = np.arange(len(points))
     notes = list(raw.notes)
     if merge is not None:
         first = merged(points, merge)

@@ -98,7 +98,8 @@ def coincident(data: MeshData) -> Floats:
     close = distance <= CLOSE * _shortest_edges(data)[outer, None]
     close &= found != own  # found is len(outer) where there is none so close
     pairs = np.stack([outer[own[close]], outer[found[close]]], axis=1)
-    return data.points[np.unique(_joined(len(data.points), pairs)[pairs[:, 0]])]
+    places: Floats = data.points[np.unique(_joined(len(data.points), pairs)[pairs[:, 0]])]
+    return places
 
 
 def _shortest_edges(data: MeshData) -> Floats:

@@ -88,10 +88,11 @@ def _markers(values: Any) -> Ints | None:
     if values.ndim != 1:
         return None
     if np.issubdtype(values.dtype, np.integer):
-        return values.astype(np.int64)
+        numbers: Ints = values.astype(np.int64)
+        return numbers
     if not np.issubdtype(values.dtype, np.floating) or not (np.abs(values) < 1e9).all():
         return None
-    whole = np.rint(values).astype(np.int64)
+    whole: Ints = np.rint(values).astype(np.int64)
     return whole if (whole == values).all() and len(np.unique(whole)) <= MOST_MARKERS else None
 
 

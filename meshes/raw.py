@@ -1,4 +1,4 @@
-"""What a mesh file holds, before a body is taken out of it."""
+"""Everything that a mesh file holds, as arrays."""
 
 from dataclasses import dataclass, field
 

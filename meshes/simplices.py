@@ -39,9 +39,10 @@ def triangles(cells: Kinds, points: Floats) -> Ints:
             for way, ends in zip(ways, ([0, 2], [1, 3]), strict=True)
         )
         rising = first >= (1.0 - 1e-9) * second
-        parts.append(np.where(rising[:, None, None], *ways).reshape(-1, 3))
-    found = np.concatenate(parts)
-    return found[whole(found)]
+        parts.append(np.where(rising[:, None, None], ways[0], ways[1]).reshape(-1, 3))
+    found: Ints = np.concatenate(parts)
+    filled: Ints = found[whole(found)]
+    return filled
 
 
 def tetrahedra(cells: Kinds) -> Ints:
@@ -63,8 +64,9 @@ def tetrahedra(cells: Kinds) -> Ints:
             base = split_faces(corners[away])
             share = len(base) // max(1, int(away.sum()))
             parts.append(np.column_stack([np.repeat(top[away], share), base]))
-    found = np.concatenate(parts)
-    return found[whole(found)]
+    found: Ints = np.concatenate(parts)
+    filled: Ints = found[whole(found)]
+    return filled
 
 
 def split_faces(faces: Ints) -> Ints:
@@ -72,9 +74,9 @@ def split_faces(faces: Ints) -> Ints:
     if faces.shape[1] == 3:
         return faces
     first = faces.argmin(axis=1)
-    turned = np.take_along_axis(faces, (first[:, None] + np.arange(4)) % 4, axis=1)
-    triangles: Ints = turned[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    return triangles
+    turned: Ints = np.take_along_axis(faces, (first[:, None] + np.arange(4)) % 4, axis=1)
+    halves: Ints = turned[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    return halves
 
 
 def collapsed(rows: Ints) -> bool:

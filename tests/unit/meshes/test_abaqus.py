@@ -245,6 +245,7 @@ def test_elements_that_are_no_cells_are_left_out_and_named(tmp_path: Path) -> No
         (PLATE + "*INCLUDE, INPUT=mesh.inp\n", "nested too deep"),
         (NODES.replace("nset=Nall", "system=X"), "line 4: *NODE has coordinates in a system 'X'"),
         (ASSEMBLY.replace("part=square", "part=round"), "is of the part 'round', which is not"),
+        (ASSEMBLY.replace("name=Turned", "name=left"), "line 24: *INSTANCE is named 'left', as"),
         (ASSEMBLY.replace("instance=Left", "instance=Lift"), "the instance 'Lift', which is not"),
         (ASSEMBLY.replace("10., 0., 1., 90", "90"), "a motion that is not 3 numbers"),
         (ASSEMBLY.replace("10., 0., 1., 90", "10., 0., 0., 90"), "whose two points are one"),
