@@ -14,6 +14,7 @@ class ExitCode(IntEnum):
     BAD_CASE = 2
     GAVE_UP = 3
     INTERRUPTED = 4  # by a signal; the state is written
+    WRONG = 5  # what was found cannot be: it is not accepted
     BUG = 70
 
 

@@ -40,6 +40,10 @@ class Solver(Model):
 
     `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle). `reuse`: whether
     a factor may serve on where that pays (condensed, no `petsc` options); the answer is the same.
+    `verify`: what becomes of an accepted state that cannot be, as an independent look finds: bodies
+    in each other, cells turned over, a body thrown away, forces out of balance, contact that pulls,
+    friction that gives work, heat from nowhere. The run ends ("stop", with exit code 5), says so
+    and goes on ("warn"), or nobody looks (false).
     """
 
     system: Literal["condensed", "saddle"] = "condensed"
@@ -47,6 +51,7 @@ class Solver(Model):
     max_iterations: Annotated[Count, Field(ge=1)] = 30
     max_cutbacks: Count = 8
     reuse: Flag = True
+    verify: Literal["stop", "warn", False] = "stop"
     petsc: dict[str, str] = {}
 
 

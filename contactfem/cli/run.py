@@ -187,7 +187,7 @@ def _run_one(
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
     if not result.converged:
-        return ExitCode.GAVE_UP
+        return ExitCode.WRONG if result.wrong else ExitCode.GAVE_UP
     return ExitCode.DONE if passed else ExitCode.MISSED
 
 

@@ -108,6 +108,9 @@ def _run(
             if loop.adaptation is not None:
                 first, present = loop.adaptation.first_meshes, loop.adaptation.last_meshes
                 result = replace(result, first_meshes=first, last_meshes=present)
+            result = replace(result, wrong=loop.wrong)
+            if loop.verification is not None:
+                recorder.state(loop.verification.last)
             recorder.finish(result)
     return result
 
