@@ -22,14 +22,17 @@ class MeshFile(Builder):
     """Mesh file with coordinates in the length `unit`.
 
     Its named groups of facets, and of nodes the boundary facets between them, are the body's
-    surfaces. `body` names a group of cells, where the file holds more than this body. A relative
-    path starts at the case file's folder. `merge`: nodes closer than this are one.
+    surfaces. A relative path starts at the case file's folder.
     """
 
-    file: Path
-    unit: Length = Field(gt=0, description="length unit of the coordinates", examples=["mm"])
-    body: str | None = None
-    merge: Annotated[Length, Field(ge=0)] | None = None
+    file: Path = Field(description="a mesh of gmsh, Abaqus, CalculiX, or what meshio reads")
+    unit: Length = Field(gt=0, examples=["mm"], description="length unit of its coordinates")
+    body: str | None = Field(
+        default=None, description="group of cells, where the file holds more than this body"
+    )
+    merge: Annotated[Length, Field(ge=0)] | None = Field(
+        default=None, description="nodes closer than this are one"
+    )
 
     @field_validator("unit", mode="before")
     @classmethod

@@ -160,7 +160,7 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _verify(options: argparse.Namespace) -> int:
     from contactfem.audit.files import verify
-    from contactfem.output.report.report import read_summary
+    from contactfem.output.tables import read_summary
 
     found = verify(options.folder, read_summary(options.folder))
     for finding in found:

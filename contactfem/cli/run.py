@@ -204,7 +204,8 @@ def _closing(out: Path, *, plain: bool) -> bool:
     """
     from rich.console import Console
 
-    from contactfem.output.report.report import read_summary, verdict_table
+    from contactfem.output.report.report import verdict_table
+    from contactfem.output.tables import read_summary
 
     summary = read_summary(out)
     if summary["verdicts"]:

@@ -23,8 +23,8 @@ from contactfem.results.data import Failure, RunResult, StepReport
 if TYPE_CHECKING:
     from contactfem.audit.look import AuditState
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
-    from contactfem.output.tables import OutputWriter
     from contactfem.output.terminal import Reporter
+    from contactfem.output.writer import OutputWriter
 
 
 class Recorder:
@@ -74,8 +74,8 @@ class Recorder:
         with timers.book("output"):
             if comm.rank == 0:
                 from contactfem.check.check import account
-                from contactfem.output.tables import OutputWriter
                 from contactfem.output.terminal import Reporter
+                from contactfem.output.writer import OutputWriter
 
                 self._writer = OutputWriter(out, case, command, account(case), steps)
                 if steps is None:

@@ -14,9 +14,9 @@ from contactfem.case.schema import Case
 from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import Checkpoint, Origin
 from contactfem.checkpoint.state_io import meshes
+from contactfem.common.text import about
 from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import discretise
-from contactfem.errors import about
 from contactfem.fem.form_cache import compiling
 from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
 from contactfem.output.recorder import Recorder

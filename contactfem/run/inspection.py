@@ -14,7 +14,8 @@ from contactfem.audit.loads import in_volume, of_pressure, on_surface
 from contactfem.audit.look import AuditState, Finding, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
-from contactfem.case.scene import Circle, Condition, Plane
+from contactfem.case.obstacles import Circle, Plane
+from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.state import ContactState
