@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal
 
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.common.text import one_line
+from contactfem.errors import CaseError, MeshError
 from contactfem.meshes import MeshFile
 
 if TYPE_CHECKING:

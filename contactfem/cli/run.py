@@ -16,8 +16,9 @@ from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.check.check import check_bodies, describe
 from contactfem.checkpoint.format import Checkpoint
+from contactfem.common.text import one_line
 from contactfem.common.timers import seconds_since_start
-from contactfem.errors import ContactfemError, ExitCode, one_line
+from contactfem.errors import ContactfemError, ExitCode
 from contactfem.results.expectations import check_names
 from contactfem.run.resume import Resumption, prepare
 from contactfem.run.signals import StopSignals
