@@ -1,6 +1,6 @@
 """One body's mesh out of what a file holds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,6 +96,11 @@ def file_body(raw: RawMesh, body: str | None, unit: float, merge: float | None) 
         if on.any() and name != body:
             facets.setdefault(name, boundary[on])
     data = mesh_data(points, cells, cell_type, facets)
+    named = {name: parts for name, parts in raw.groups.items() if name != body}
+    groups = {name: _cell_group(parts, kinds, first, points) for name, parts in named.items()}
+    groups = {name: matches(rows, cells) for name, rows in groups.items() if len(rows)}
+    groups = {name: np.unique(found[found >= 0]) for name, found in groups.items()}
+    data = replace(data, cell_groups={name: found for name, found in groups.items() if len(found)})
     return FileBody(data, tuple(notes), check_complex(data))
 
 
@@ -154,6 +159,13 @@ def _cells(kinds: Kinds, points: Floats, split: bool) -> tuple[Ints, CellName]:
     ((kind, rows),) = kinds.items()
     _, cell_type, order = CELLS[kind]
     return rows[:, order], cell_type
+
+
+def _cell_group(parts: Kinds, kinds: Kinds, first: Ints, points: Floats) -> Ints:
+    """Cells (k, nv) of a group, made as those of the body are."""
+    rows = {kind: first[parts[kind]] for kind in kinds if kind in parts}
+    split = len(kinds) > 1 or any(k not in CELLS or collapsed(r) for k, r in kinds.items())
+    return _cells(rows, points, split)[0] if rows else np.empty((0, 1), dtype=np.int64)
 
 
 def _split_note(kinds: Kinds, cell_type: CellName) -> str:

@@ -1,7 +1,7 @@
 """A mesh as arrays, with surfaces from facet groups."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Literal
 
@@ -58,12 +58,14 @@ class MeshData:
 
     `points` (n, dim) [m]; `cells` (m, nv) in dolfinx vertex order, all with positive Jacobian;
     `groups`: named boundary facets (k, nf), oriented outward and in the order of a walk.
+    `cell_groups`: numbers (k,) of named cells, of a mesh from a file.
     """
 
     points: Floats
     cells: Ints
     cell_type: CellName
     groups: dict[str, Ints]
+    cell_groups: dict[str, Ints] = field(default_factory=dict)
 
     def surface(self, name: str) -> Surface:
         """Surface of a group, numbered along the walk in 2D.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal
 
+from contactfem.case.cell_materials import cell_materials
 from contactfem.common.text import one_line
 from contactfem.errors import CaseError, MeshError
 from contactfem.meshes import MeshFile
@@ -40,6 +41,7 @@ def built_mesh(case: Case, body: str, key: MeshKey) -> MeshData:
     dim = data.points.shape[1]
     if dim != case.axes:
         raise CaseError(f"{where}: is in {dim}D; dimension = {case.dimension}")
+    cell_materials(case, body, data)
     if case.axisymmetric:
         r = data.points[:, 0]
         if r.min() < -ON_AXIS * float(abs(r).max()):

@@ -180,8 +180,13 @@ def _system(case: Case) -> str:
 
 def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
     for name, body in case.bodies.items():
-        material = case.materials[body.material]
-        yield name, f"{body.material}: {_material(material, small=case.strain == 'small')}"
+        shown = name
+        for each in body.all_materials:
+            own = [group for group, material in body.materials.items() if material == each]
+            cells = f" ({', '.join(own)})" if own else ""
+            words = _material(case.materials[each], small=case.strain == "small")
+            yield shown, f"{each}{cells}: {words}"
+            shown = ""
         low, high = body.mesh.extent()
         size = " x ".join(engineering(length, "m") for length in high - low)
         yield "", f"{size}, lower corner ({', '.join(f'{x:.4g}' for x in low)}) m"
@@ -191,7 +196,10 @@ def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
                 yield "", f"WARNING: {text}" if doubtful else text
         for text in odd_motions(case, name, float((high - low).max())):
             yield "", f"WARNING: {text}"
-        yield "", describe_element(body, material, body.mesh.cell_type())
+        softest = max(
+            (case.materials[each] for each in body.all_materials), key=lambda m: m.K / m.mu
+        )
+        yield "", describe_element(body, softest, body.mesh.cell_type())
         yield "", held(case, name, lines[name])
 
 

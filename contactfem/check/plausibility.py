@@ -21,7 +21,7 @@ def large_loads(case: Case) -> Iterator[str]:
     """
     for number, condition in enumerate(case.conditions if case.mechanics else ()):
         load = max((abs(v) for table in _loads(condition) for v in table.values), default=0.0)
-        material = case.bodies[condition.body].material
+        material = case.bodies[condition.body].main_material
         times = load / case.materials[material].E
         if times > 1.0:
             yield (

@@ -229,12 +229,17 @@ def _of_mesh(mesh: BodyMesh) -> Tree:
         "cell_type": np.array(data.cell_type),
         "names": np.array(list(data.groups), dtype=str),
         "groups": {str(k): facets for k, facets in enumerate(data.groups.values())},
+        "cell_names": np.array(list(data.cell_groups), dtype=str),
+        "cell_groups": {str(k): cells for k, cells in enumerate(data.cell_groups.values())},
     }
 
 
 def _mesh(tree: Tree) -> MeshData:
     groups = {str(name): tree["groups"][str(k)] for k, name in enumerate(tree["names"])}
-    return MeshData(tree["points"], tree["cells"], str(tree["cell_type"]), groups)  # type: ignore[arg-type]
+    parts = {
+        str(name): tree["cell_groups"][str(k)] for k, name in enumerate(tree.get("cell_names", ()))
+    }
+    return MeshData(tree["points"], tree["cells"], str(tree["cell_type"]), groups, parts)  # type: ignore[arg-type]
 
 
 def _gathered(comm: MPI.Comm, V: fem.FunctionSpace, values: Floats) -> Floats:

@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from contactfem.case.base import AXES
 from contactfem.case.body_meshes import ON_AXIS
+from contactfem.case.cell_materials import CellMaterials, cell_materials
 from contactfem.case.element_choice import element_of
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
@@ -37,28 +38,52 @@ def on_axis(mesh: BodyMesh, comm: MPI.Comm) -> Ints:
 def body_problem(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     """Equations of one body: its element, law and loads."""
     body = case.bodies[name]
-    element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
-    law = _law(case, case.materials[body.material], mixed=element == "MINI")
+    materials = materials_of(case, name, mesh)
+    cell = mesh.mesh.basix_cell().name
+    elements = {element_of(body, case.materials[each], cell) for each in materials.names}
+    law = _law(case, materials, mixed="MINI" in elements)
     loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
     theta = body.temperature if case.heat is None else None
     return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
-def _law(case: Case, material: Material, *, mixed: bool) -> Law:
-    """Energy and parameters of a material."""
+def materials_of(case: Case, name: str, mesh: BodyMesh) -> CellMaterials:
+    """Materials of a body's cells, on all ranks; collective.
+
+    Raises:
+        CaseError: Its groups of cells do not give one to each.
+    """
+    if not case.bodies[name].materials:
+        return CellMaterials(case.bodies[name].all_materials, None)
+    found = None if mesh.data is None else cell_materials(case, name, mesh.data)
+    materials: CellMaterials = mesh.mesh.comm.bcast(found)
+    return materials
+
+
+def _law(case: Case, materials: CellMaterials, *, mixed: bool) -> Law:
+    """Energy and parameters of a body's materials, which all have one model."""
     small = case.strain == "small"
+    each = {name: _parameters(case.materials[name]) for name in materials.names}
+    first = case.materials[materials.names[0]]
     parameters = {
+        key: materials.values({name: own[key] for name, own in each.items()})
+        for key in each[materials.names[0]]
+    }
+    E = max(case.materials[name].E for name in materials.names)
+    if first.model == "neo-hooke":
+        energy = linear_elastic if small else neo_hooke
+        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
+        return Law(energy, parameters, E, small, small, with_mean_stress if mixed else None)
+    return Law(_user_energy(case, first.model), parameters, E, small, linear=False)
+
+
+def _parameters(material: Material) -> dict[str, float]:
+    """What stands in a material's energy, by name."""
+    return {
         "bulk_modulus": material.K,
         "shear_modulus": material.mu,
         "expansion": material.expansion,
     } | material.parameters
-    if material.model == "neo-hooke":
-        energy = linear_elastic if small else neo_hooke
-        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
-        return Law(
-            energy, parameters, material.E, small, small, with_mean_stress if mixed else None
-        )
-    return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
 
 
 def _user_energy(case: Case, reference: str) -> Energy:

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
+from contactfem.fem.cell_values import coefficient
 from contactfem.fem.compat import CellExpression, assemble_into
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.forms.mechanics import (
@@ -34,7 +35,7 @@ class Law:
 
     Attributes:
         energy: Free energy ψ(F, ϑ, parameters) [J/m³].
-        parameters: Its parameters by name [SI].
+        parameters: Its parameters by name, each a number or one for every input cell [SI].
         youngs_modulus: Stiffness that scales contact and the residual [Pa].
         small_strain: Whether ψ depends on the strain of the undeformed body.
         linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
@@ -43,11 +44,16 @@ class Law:
     """
 
     energy: Energy
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, float | Floats]
     youngs_modulus: float
     small_strain: bool
     linear: bool
     mixed: MixedEnergy | None = None
+
+    @property
+    def shear_modulus(self) -> float:
+        """Size of the shear modulus, of several the geometric mean [Pa]."""
+        return float(np.exp(np.mean(np.log(self.parameters["shear_modulus"]))))
 
 
 @dataclass(frozen=True)
@@ -108,11 +114,11 @@ class BodyProblem:
         else:
             self._theta = fem.Constant(mesh.mesh, 0.0)
             self._tables.append((self._theta, (theta,), False))
-        self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
+        self._parameters = {k: coefficient(mesh.mesh, v) for k, v in law.parameters.items()}
         self._element = (
             linear(mesh, law.energy)
             if law.mixed is None
-            else mini(mesh, law.mixed, self._parameters)
+            else mini(mesh, law.mixed, law.shear_modulus)
         )
         self.u = self._element.unknowns
         self.V = self.u.function_space

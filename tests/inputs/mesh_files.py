@@ -82,13 +82,20 @@ def write_case(folder: Path, file: str) -> Path:
     return path
 
 
-def write_msh(path: Path, bodies: tuple[Block, ...], twice: bool = False) -> None:
-    """Write gmsh's format 2.2; `twice`: all cells are in a second group too, as gmsh has it."""
+def write_msh(
+    path: Path, bodies: tuple[Block, ...], twice: bool = False, shared: bool = False
+) -> None:
+    """Write gmsh's format 2.2.
+
+    `twice`: all cells are in a second group too, as gmsh has it. `shared`: all have the nodes of
+    the first body.
+    """
     names, rows, nodes = [], [], []
     for tag, body in enumerate(bodies, start=1):
         names.append(f'2 {tag} "{body.name}"')
-        first = len(nodes) + 1
-        nodes += [f"{first + k} {x!r} {y!r} 0" for k, (x, y) in enumerate(body.points.tolist())]
+        first = 1 if shared else len(nodes) + 1
+        points = body.points.tolist() if not shared or not nodes else []
+        nodes += [f"{first + k} {x!r} {y!r} 0" for k, (x, y) in enumerate(points)]
         for group in (tag, 9) if twice else (tag,):
             rows += [f"2 2 {group} {tag} {_row(cell + first)}" for cell in body.triangles]
             rows += [f"3 2 {group} {tag} {_row(cell + first)}" for cell in body.quads]
