@@ -324,7 +324,12 @@ class Loop:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
-            replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
+            replace(
+                history,
+                dt=t - self.state.t,
+                temperature=self._temperature(k, t),
+                offset=self._offset(k, t),
+            )
             for k, history in enumerate(self.state.histories)
         )
         step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
@@ -340,6 +345,10 @@ class Loop:
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
         return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
+    def _offset(self, k: int, t: float) -> float:
+        """Interference less clearance of an interface at a time [m]."""
+        return self.case.interfaces[self.discretisation.interfaces[k].name].offset(t, self.ramp_end)
+
     def _start(self, k: int) -> ActiveSet | None:
         """Status that the first iteration of a step takes for an interface.
 
@@ -353,8 +362,9 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        seen = np.isfinite(operators.gap) & interface.nodes.mesh.has_multiplier
-        return initial_active_set(operators.gap, operators.length, seen, k in self.alone)
+        history = replace(self.state.histories[k], offset=self._offset(k, self.state.t))
+        gap = interface.contact.gap(operators, history)
+        return initial_active_set(operators, gap, k in self.alone)
 
     def _accept(
         self,
@@ -366,9 +376,7 @@ class Loop:
         errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
-        dissipation = float(
-            sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
-        )
+        dissipation = float(sum(np.sum(c.dissipation) for c in conditions))
         repeatable = self.adaptation is not None and self.adaptation.repeats
         self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)
