@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from contactfem.case.body_meshes import built_mesh, mesh_files, mesh_remarks
 from contactfem.case.element_choice import describe_element
+from contactfem.case.python_code import python_code
 from contactfem.case.scene import Interface, Material
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
@@ -160,6 +161,8 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
     yield from heat_words(case)
     yield from adaptivity_words(case)
+    if code := [f"{name} ({key})" for key, name in python_code(case)]:
+        yield "python", f"WARNING: runs code: {', '.join(code)}; --no-code refuses that"
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
     for text in large_loads(case):
         yield "doubtful", text

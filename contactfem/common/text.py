@@ -12,6 +12,7 @@ from contactfem.errors import CaseError
 
 if TYPE_CHECKING:
     from rich.table import Table
+    from rich.text import Text
 
 LISTED = 12  # names that a hint lists where none is similar
 
@@ -19,6 +20,11 @@ LISTED = 12  # names that a hint lists where none is similar
 def one_line(text: str) -> str:
     """A text in one line that a terminal shows as it is: line breaks and the like are escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def printable(text: object) -> str:
+    """A text of several lines, each as a terminal shows it."""
+    return "\n".join(one_line(line) for line in str(text).split("\n"))
 
 
 @contextmanager
@@ -54,6 +60,13 @@ def shortened[T](items: Sequence[T], most: int) -> list[T | None]:
     """All items, or of more than `most` the first and the last, with None between them."""
     half = most // 2
     return list(items) if len(items) <= most else [*items[:half], None, *items[-half:]]
+
+
+def styled(text: str, style: str) -> Text:
+    """A text for the terminal in a style, whatever brackets it has."""
+    from rich.text import Text
+
+    return Text(text, style)
 
 
 def report_table(title: str, *columns: str) -> Table:

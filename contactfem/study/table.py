@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.text import report_table
+from contactfem.common.text import report_table, styled
 from contactfem.study.convergence_orders import observed_orders, relative_distance, slope
 from contactfem.study.process import Outcome
 from contactfem.study.runs import Member
@@ -194,7 +194,7 @@ def run_table(title: str, target: Target, rows: Sequence[Row]) -> Table:
         out = row.outcome
         name = row.member.curve.label or "case"
         if out.message:
-            table.add_row(name, str(row.member.level), *[""] * 3, "[bold red]failed[/]")
+            table.add_row(name, str(row.member.level), *[""] * 3, styled("failed", "bold red"))
             continue
         numbers = (
             ("reference" if math.isnan(row.error) else f"{row.error:.2e}"),
