@@ -233,6 +233,6 @@ def _closing(out: Path, *, plain: bool) -> bool:
 
     summary = read_summary(out)
     if summary["verdicts"]:
-        Console(force_terminal=False if plain else None, markup=False).print(verdict_table(summary))
+        Console(force_terminal=False if plain else None).print(verdict_table(summary))
     print(f"results in {out}", flush=True)
     return all(verdict["passed"] for verdict in summary["verdicts"])

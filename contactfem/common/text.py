@@ -12,7 +12,6 @@ from contactfem.errors import CaseError
 
 if TYPE_CHECKING:
     from rich.table import Table
-    from rich.text import Text
 
 LISTED = 12  # names that a hint lists where none is similar
 
@@ -62,20 +61,17 @@ def shortened[T](items: Sequence[T], most: int) -> list[T | None]:
     return list(items) if len(items) <= most else [*items[:half], None, *items[-half:]]
 
 
-def styled(text: str, style: str) -> Text:
-    """A text for the terminal in a style, whatever brackets it has."""
-    from rich.text import Text
-
-    return Text(text, style)
-
-
 def report_table(title: str, *columns: str) -> Table:
-    """An empty table for the terminal: the first column to the left, the others to the right."""
+    """An empty table for the terminal: the first column to the left, the others to the right.
+
+    Titles are shown as they are; in cells rich reads markup such as "[bold]".
+    """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(
-        title=title,
+        title=Text(one_line(title)),
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
@@ -83,5 +79,5 @@ def report_table(title: str, *columns: str) -> Table:
         collapse_padding=True,
     )
     for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right", no_wrap=True)
+        table.add_column(Text(column), justify="left" if number == 0 else "right", no_wrap=True)
     return table

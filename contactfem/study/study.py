@@ -132,7 +132,7 @@ def run_study(study: Study, target: Target, console: Console | None = None) -> i
     """
     from rich.console import Console
 
-    console = Console(markup=False) if console is None else console
+    console = Console() if console is None else console
     if not console.is_terminal:
         console.width = WIDTH
     family = [

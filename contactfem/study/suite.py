@@ -15,7 +15,7 @@ from mpi4py import MPI
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.common.files import write_whole
-from contactfem.common.text import report_table, styled
+from contactfem.common.text import report_table
 from contactfem.errors import CaseError, ContactfemError, ExitCode
 from contactfem.results.expectations import Verdict, check_names, judge, measure
 from contactfem.run.driver import run_case
@@ -176,7 +176,7 @@ def report_folder(folder: Path, out: Path, console: Console | None = None) -> in
     """
     from rich.console import Console
 
-    console = Console(markup=False) if console is None else console
+    console = Console() if console is None else console
     found: list[Row] = []
     with console.status("") as status:
         for row in rows(folder):
@@ -185,7 +185,7 @@ def report_folder(folder: Path, out: Path, console: Console | None = None) -> in
     table = report_table(str(folder), *COLUMNS)
     for row in found:
         color = "green" if row.passed else "bold red"
-        table.add_row(*row.cells()[:-1], styled(row.cells()[-1], color))
+        table.add_row(*row.cells()[:-1], f"[{color}]{row.cells()[-1]}[/]")
     console.print(table)
     for row in found:
         for line in row.missed:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.text import report_table, shortened, styled
+from contactfem.common.text import one_line, report_table, shortened
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import ExitCode
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
@@ -74,7 +74,7 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     """
     table = report_table("Expected", "number", "found", "allowed", "")
     for *cells, met in verdict_rows(summary):
-        table.add_row(*cells, styled("met", "green") if met else styled("missed", "bold red"))
+        table.add_row(*cells, "[green]met[/]" if met else "[bold red]missed[/]")
     return table
 
 
@@ -179,7 +179,7 @@ def heat_table(summary: Mapping[str, Any]) -> Table:
     for name, value in heat_rows(summary):
         table.add_row(name, f"{value:.6g}")
     if rings := ringing_steps(summary):
-        table.add_row(styled("steps in which the time scheme rings", "bold red"), str(rings))
+        table.add_row("[bold red]steps in which the time scheme rings[/]", str(rings))
     return table
 
 
@@ -236,10 +236,11 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
 
 
 def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) -> None:
+    from rich.text import Text
+
     sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
-    console.print(
-        styled(summary["title"], "bold"), f" ({directory})", markup=False, highlight=False
-    )
+    title = Text(one_line(summary["title"]), style="bold")
+    console.print(title.append(f"  ({directory})", style="not bold"), highlight=False)
     console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
     tables = (
         step_table(summary),
@@ -260,14 +261,15 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
+    from rich.markup import escape
+
     table = report_table("Runs", "directory", "steps", "iterations", "seconds", "met", "")
     for directory, summary in rows:
         verdicts = summary["verdicts"]
         met = sum(bool(verdict["passed"]) for verdict in verdicts)
-        passed = bool(summary["passed"])
-        mark = styled("passed", "green") if passed else styled("missed", "bold red")
+        mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
         table.add_row(
-            str(directory),
+            escape(str(directory)),
             str(len(summary["steps"])),
             str(summary["newton_iterations"]),
             f"{number(summary['timings'].get('total')):.2f}",
@@ -291,8 +293,9 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         CaseError: if one of them is not a finished run.
     """
     from rich.console import Console
+    from rich.text import Text
 
-    console = Console(markup=False) if console is None else console
+    console = Console() if console is None else console
     rows = [(directory, read_summary(directory)) for directory in directories]
     if len(rows) == 1:
         _print_run(*rows[0], console)
@@ -300,8 +303,8 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         _print_overview(rows, console)
         for directory, summary in rows:
             if not summary["passed"]:
-                line = styled(str(directory), "bold"), summary["message"]
-                console.print(*line, markup=False, highlight=False)
+                text = Text(str(directory), style="bold")
+                console.print(text.append(f" {summary['message']}", style="not bold"))
                 console.print(verdict_table(summary))
     passed = all(summary["passed"] for _, summary in rows)
     return ExitCode.DONE if passed else ExitCode.MISSED
