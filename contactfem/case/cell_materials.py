@@ -57,6 +57,8 @@ def broken_cell_materials(case: Case, body: str) -> Iterator[str]:
     own = [case.materials[name] for name in table.all_materials]
     if len({(material.model, *sorted(material.parameters)) for material in own}) > 1:
         yield f"{key}: all must have one model, with the same parameters"
+    if len({material.reference_temperature for material in own}) > 1:
+        yield f"{key}: all must have the same reference_temperature, or none"
     if case.adaptivity is not None:
         yield f"{key}: adaptivity makes new meshes without groups of cells; leave one of both out"
 

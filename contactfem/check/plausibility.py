@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
-from contactfem.common.time_table import Table
 from contactfem.common.unit_display import engineering
+from contactfem.common.units import Given
 
 LEAST_MOTION, MOST_MOTION = 1e-5, 1e2  # prescribed displacement over the size of its body
 
@@ -30,7 +30,7 @@ def large_loads(case: Case) -> Iterator[str]:
             )
 
 
-def _loads(condition: Condition) -> list[Table]:
+def _loads(condition: Condition) -> list[Given]:
     """Loads per area [Pa]."""
     tables = list((condition.traction or {}).values())
     return tables + ([condition.pressure] if condition.pressure is not None else [])

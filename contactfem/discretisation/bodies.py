@@ -12,9 +12,11 @@ from contactfem.case.cell_materials import CellMaterials, cell_materials
 from contactfem.case.element_choice import element_of
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import given_temperature, reference_temperature
 from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.typing import Ints
+from contactfem.discretisation.given_data import given
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.forms.energies import (
@@ -42,8 +44,8 @@ def body_problem(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     cell = mesh.mesh.basix_cell().name
     elements = {element_of(body, case.materials[each], cell) for each in materials.names}
     law = _law(case, materials, mixed="MINI" in elements)
-    loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
-    theta = body.temperature if case.heat is None else None
+    loads = [load for c in case.conditions if c.body == name for load in _loads(case, c)]
+    theta = given_temperature(case, name) if case.heat is None else None
     return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
@@ -65,6 +67,7 @@ def _law(case: Case, materials: CellMaterials, *, mixed: bool) -> Law:
     small = case.strain == "small"
     each = {name: _parameters(case.materials[name]) for name in materials.names}
     first = case.materials[materials.names[0]]
+    reference = reference_temperature(first)
     parameters = {
         key: materials.values({name: own[key] for name, own in each.items()})
         for key in each[materials.names[0]]
@@ -73,8 +76,10 @@ def _law(case: Case, materials: CellMaterials, *, mixed: bool) -> Law:
     if first.model == "neo-hooke":
         energy = linear_elastic if small else neo_hooke
         with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
-        return Law(energy, parameters, E, small, small, with_mean_stress if mixed else None)
-    return Law(_user_energy(case, first.model), parameters, E, small, linear=False)
+        mean = with_mean_stress if mixed else None
+        return Law(energy, parameters, E, small, small, mean, reference)
+    energy = _user_energy(case, first.model)
+    return Law(energy, parameters, E, small, linear=False, reference=reference)
 
 
 def _parameters(material: Material) -> dict[str, float]:
@@ -94,14 +99,15 @@ def _user_energy(case: Case, reference: str) -> Energy:
         raise CaseError(f"{case.path}: material model {error}") from None
 
 
-def _loads(condition: Condition, axes: int) -> list[Load]:
+def _loads(case: Case, condition: Condition) -> list[Load]:
     """Loads of a condition, none if it prescribes a motion."""
     if condition.pressure is not None:
-        return [Load(condition.surface, (condition.pressure,))]
-    given = condition.traction or condition.body_force
-    if given is None:
+        return [Load(condition.surface, (given(case, condition.pressure),))]
+    found = condition.traction or condition.body_force
+    if found is None:
         return []
-    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])
+    zero = constant(0.0)
+    components = tuple(given(case, found.get(axis, zero)) for axis in AXES[: case.axes])
     return [Load(condition.surface if condition.traction else None, components)]
 
 

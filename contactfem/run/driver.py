@@ -12,13 +12,14 @@ from mpi4py import MPI
 from contactfem.case.body_meshes import mesh_remarks
 from contactfem.case.schema import Case
 from contactfem.checkpoint.checkpointer import Checkpointer
-from contactfem.checkpoint.format import Checkpoint, Origin
+from contactfem.checkpoint.format import NAME, Checkpoint, Origin, intact
 from contactfem.checkpoint.state_io import meshes
 from contactfem.common.text import about
 from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import discretise
 from contactfem.fem.form_cache import compiling
 from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
+from contactfem.output.folder_lock import locked
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import RunResult
 from contactfem.run.result import outcome
@@ -66,7 +67,7 @@ def run_case(
         WriteError: Results cannot be written.
     """
     invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
-    with about(case.path):
+    with about(case.path), locked(out, comm):
         try:
             return _run(case, comm, out, invocation, resumed)
         finally:
@@ -88,7 +89,10 @@ def _run(
         timers.add(phase, seconds)
     progress = resumed.progress if resumed is not None else None
     with compiling(comm):
-        given = meshes(resumed.state) if resumed is not None else None
+        given = None
+        if resumed is not None:
+            with intact(str(out / NAME) if out is not None else resumed.origin.path):
+                given = meshes(resumed.state)
         discretisation = discretise(case, comm, timers, given)
         solver = newton_solver(case, discretisation, timers) if case.mechanics else None
         origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
@@ -97,7 +101,8 @@ def _run(
         with recorder:
             loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)
             if resumed is not None:
-                loop.restore(resumed)
+                with intact(resumed.origin.path if out is None else str(out / NAME)):
+                    loop.restore(resumed)
             else:
                 for text in _mesh_doubts(case, comm):
                     loop.warn(text)
