@@ -128,7 +128,7 @@ class Loop:
             if why := self._step():
                 return why
         for text in heat_verdict(self.case, self.reports):
-            self._warn(text)
+            self.warn(text)
         self._keep(self.keeper.finish)
         return ""
 
