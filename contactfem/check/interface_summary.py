@@ -10,7 +10,7 @@ from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
 from contactfem.check.facet_matching import match
-from contactfem.check.spatial_gap import spatial_gap
+from contactfem.check.spatial_gap import gap_to_obstacle, spatial_gap
 from contactfem.common.text import one_line
 from contactfem.common.unit_display import scale_for
 from contactfem.errors import CaseError, MeshError
@@ -52,7 +52,7 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
 
 
 def gap_in_space(case: Case, interface: Interface) -> float | None:
-    """Smallest gap between two bodies in space; builds their meshes.
+    """Smallest gap between two sides in space; builds meshes of bodies.
 
     Args:
         case: The case.
@@ -61,7 +61,10 @@ def gap_in_space(case: Case, interface: Interface) -> float | None:
     Returns:
         The gap, negative where the bodies overlap [m]; None if they nowhere face each other.
     """
-    return spatial_gap(_side(case, interface.nonmortar)[0], _side(case, interface.mortar)[0])
+    surface = _side(case, interface.nonmortar)[0]
+    if (obstacle := case.obstacles.get(interface.mortar)) is not None:
+        return gap_to_obstacle(surface, obstacle)
+    return spatial_gap(surface, _side(case, interface.mortar)[0])
 
 
 def _hints_in_space(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterator[str]:

@@ -244,12 +244,21 @@ class Contact:
         """
         if not self.law.augmented:
             return None
-        gap = np.where(c.active, np.abs(c.gap), 0.0)
-        slip = np.where(c.status == Status.STICK, lengths(c.slip), 0.0)
+        # what the compliance still lets through; edge nodes keep the gap and slip of their ties
+        estimate = np.zeros_like(c.multiplier.pressure)
+        if c.history.pressure is not None:
+            estimate = c.history.pressure
+        change = np.abs(c.multiplier.pressure - estimate)
+        gap = np.where(c.active, self.law.normal_compliance * change, 0.0)
+        slip = np.where(c.status == Status.STICK, lengths(c.slip - c.plastic_slip), 0.0)
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None
         traction = transported(c.multiplier.traction, c.operators.normals.n, c.history.normals)
-        return replace(c.history, pressure=c.multiplier.pressure, traction=traction)
+        before = c.history.before
+        if before is None:  # the traction is that of the start until it becomes an estimate
+            start = c.history.traction
+            before = np.zeros_like(traction) if start is None else start
+        return replace(c.history, pressure=c.multiplier.pressure, traction=traction, before=before)
 
     def _regularised(
         self,
@@ -270,7 +279,10 @@ class Contact:
         past, target = np.zeros_like(t), edge.traction_target(t)
         if history.traction is not None:
             past = transported(history.traction, history.normals, operators.normals.n)
-            target = target + past - edge.traction_target(past)
+        start = history.traction if history.before is None else history.before
+        if start is not None:
+            start = transported(start, history.normals, operators.normals.n)
+            target = target + start - edge.traction_target(start)
         return _Regularised(
             normal=(
                 Regularisation(law.normal_compliance, estimate),

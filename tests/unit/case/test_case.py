@@ -158,7 +158,7 @@ BROKEN = {
     "give ascending times",
     # obstacles, closed forms, expectations
     'obstacles.a={shape="plain"}': "obstacles.a.shape = plain: must be one of plane, "
-    "circle, polyline; did you mean 'plane'?",
+    "circle, polyline, sphere, cylinder, surface; did you mean 'plane'?",
     'obstacles.a={radius="1 m"}': "obstacles.a.shape: is missing",
     'obstacles.a={shape="plane", point=["0 m","0 m"], normal=[0,0]}': "obstacles.a.normal = "
     "[0, 0]: must not be zero",
