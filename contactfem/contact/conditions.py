@@ -31,6 +31,7 @@ from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
 from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.mortar_operators import MortarOperators
+from contactfem.mortar.search_range import SearchRange
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class ContactLaw:
         c_n: Factor on c in the trial pressure [-].
         c_t: Factor on c in the trial traction [-].
         stiffness: Softer Young's modulus of the two sides [Pa].
-        search_radius: How far apart the surfaces look for each other [m].
+        reach: How far apart the surfaces look for each other.
         normal_compliance: 1/ε_N of a penalty (13) [m/Pa], (n_nonmortar,); zero for exact contact.
         tangential_compliance: 1/c_T of regularised friction [m/Pa], likewise.
         augmented: Whether estimates of pressure and traction take the compliance's place.
@@ -57,7 +58,7 @@ class ContactLaw:
     c_n: float
     c_t: float
     stiffness: float
-    search_radius: float
+    reach: SearchRange
     normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     augmented: bool = False
@@ -101,7 +102,7 @@ class Contact:
 
     def operators(self, x: Floats) -> MortarOperators:
         """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
-        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
+        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.reach)
 
     def state(
         self,

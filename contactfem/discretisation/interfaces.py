@@ -13,6 +13,7 @@ from contactfem.case.obstacles import Plane, Polyline, RigidCylinder, RigidSurfa
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.discretisation.search import search_range
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.mechanics.bulk_system import System
@@ -86,7 +87,7 @@ def contact_of_interface(
         c_n=found.c_n,
         c_t=found.c_t,
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=found.search_radius,
+        reach=search_range(case, name, meshes, system.comm),
         normal_compliance=found.normal_compliance,
         tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
@@ -159,10 +160,10 @@ def _modulus(case: Case, body: str, surface: str, mesh: BodyMesh) -> float:
 
 
 def _travel(case: Case) -> float:
-    """Largest prescribed displacement of a case [m]."""
+    """Length that all prescribed motions of a case together cannot exceed [m]."""
     tables = [table for c in case.conditions for table in c.components().values()]
     tables += [table for o in case.obstacles.values() for table in o.motion(case.axes)]
-    return max((abs(v) for table in tables for v in table.values), default=0.0)
+    return float(sum(max(map(abs, table.values), default=0.0) for table in tables))
 
 
 def _spacing(X: Floats) -> float:
