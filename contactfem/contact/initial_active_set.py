@@ -8,7 +8,10 @@ from contactfem.mortar.mortar_operators import MortarOperators
 
 TOUCH = 1e-9  # gap over facet size at which surfaces touch
 # Where contact alone holds a body, what sticks first:
-FIRST_CONTACT = 0.3  # share of the range of gaps
+FIRST_CONTACT = 0.3  # share of the range of gaps that count
+COUNTED = (
+    0.25  # of the surface's extent, and two facets at least: gaps up to the smallest plus this
+)
 NEAR = 0.02  # share of the facets' size, where the former did not do
 
 
@@ -31,7 +34,10 @@ def initial_active_set(
     seen = np.isfinite(gap) & operators.mesh.has_multiplier
     stick = seen & (np.abs(gap) <= TOUCH * operators.size)
     if held_by_contact and seen.any():
-        low, high = gap[seen].min(), gap[seen].max()
+        low = gap[seen].min()
+        extent = float(np.linalg.norm(np.ptp(operators.x[: len(gap)], axis=0)))
+        counted = max(COUNTED * extent, 4.0 * float(operators.size.max()))
+        high = gap[seen & (gap <= low + counted)].max()
         near = np.full_like(gap, FIRST_CONTACT * (high - low))
         if cautious:
             near = np.minimum(near, NEAR * operators.size)
