@@ -1,7 +1,8 @@
 """A mesh as arrays, with surfaces from facet groups."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -27,6 +28,7 @@ FACETS: dict[CellName, tuple[tuple[int, ...], ...]] = {
     ),
 }
 FAR = 1e30  # m; no geometry reaches so far
+FLAT = {2: 1e-7, 3: 1e-9}  # Jacobian over the power of the longest edge, by dimension
 # The same cell seen in a mirror: its vertices in an order that changes the sign of the Jacobian.
 MIRROR: dict[CellName, tuple[int, ...]] = {
     "triangle": (0, 2, 1),
@@ -56,12 +58,14 @@ class MeshData:
 
     `points` (n, dim) [m]; `cells` (m, nv) in dolfinx vertex order, all with positive Jacobian;
     `groups`: named boundary facets (k, nf), oriented outward and in the order of a walk.
+    `cell_groups`: numbers (k,) of named cells, of a mesh from a file.
     """
 
     points: Floats
     cells: Ints
     cell_type: CellName
     groups: dict[str, Ints]
+    cell_groups: dict[str, Ints] = field(default_factory=dict)
 
     def surface(self, name: str) -> Surface:
         """Surface of a group, numbered along the walk in 2D.
@@ -162,19 +166,30 @@ def positive(points: Floats, cells: Ints, cell_type: CellName) -> Ints:
     """Cells with positive Jacobians: mirrored ones are turned.
 
     Raises:
-        MeshError: a cell without volume, or twisted so that its Jacobian changes sign.
+        MeshError: a cell without volume but for round-off, or twisted so that its Jacobian changes
+            sign.
     """
     det = jacobians(points, cells, cell_type)
     turned = np.all(det < 0, axis=1)
-    bad = np.flatnonzero(~turned & ~np.all(det > 0, axis=1))
+    least = FLAT[points.shape[1]] * _longest_edges(points, cells) ** points.shape[1]
+    bad = np.flatnonzero(~turned & ~np.all(det > 0, axis=1) | (np.abs(det) <= least).any(axis=1))
     if len(bad):
-        where = points[cells[bad[0]]].mean(axis=0)
+        where = ", ".join(f"{x:.6g}" for x in points[cells[bad[0]]].mean(axis=0))
         raise MeshError(
-            f"{len(bad)} of {len(cells)} cells are flat or twisted, the first near {where} m"
+            f"{len(bad)} of {len(cells)} cells are flat or twisted, the first near ({where}) m"
         )
     cells = cells.copy()
     cells[turned] = cells[turned][:, MIRROR[cell_type]]
     return cells
+
+
+def _longest_edges(points: Floats, cells: Ints) -> Floats:
+    """Largest distance [m] between two vertices of each cell (m, 1)."""
+    longest = np.zeros(len(cells))
+    for a, b in combinations(range(cells.shape[1]), 2):
+        edge = points[cells[:, b]] - points[cells[:, a]]
+        longest = np.maximum(longest, np.einsum("ij,ij->i", edge, edge))
+    return np.sqrt(longest)[:, None]
 
 
 def boundary_facets(cells: Ints, cell_type: CellName) -> Ints:
@@ -185,12 +200,12 @@ def boundary_facets(cells: Ints, cell_type: CellName) -> Ints:
 def boundary(cells: Ints, cell_type: CellName) -> tuple[Ints, Ints]:
     """Facets (k, nf) that belong to one cell only, oriented outward, and that cell (k,)."""
     facets = np.concatenate([cells[:, list(local)] for local in FACETS[cell_type]])
-    number = _numbered(facets)
+    number = numbered(facets)
     outer = np.flatnonzero(np.bincount(number)[number] == 1)
     return facets[outer], outer % len(cells)
 
 
-def _numbered(rows: Ints) -> Ints:
+def numbered(rows: Ints) -> Ints:
     """Numbers (k,) from 0 for rows (k, n) of vertices, equal where the rows are equal as sets."""
     columns = np.sort(rows, axis=1).T
     number: Ints = columns[0]
@@ -209,7 +224,7 @@ def matches(rows: Ints, table: Ints) -> Ints:
     Returns:
         (k,) indices into `table`.
     """
-    number = _numbered(np.concatenate([table, rows]))
+    number = numbered(np.concatenate([table, rows]))
     place = np.full(len(number), -1, dtype=np.int64)
     place[number[: len(table)]] = np.arange(len(table))
     found: Ints = place[number[len(table) :]]

@@ -77,7 +77,7 @@ class StressEstimator:
 
     def _made(self, name: str, body: BodyProblem) -> _Body:
         case, comm = self._case, self._discretisation.system.comm
-        material = case.materials[case.bodies[name].material]
+        material = case.materials[case.bodies[name].main_material]
         view = MeshView.of(comm, body.mesh)
         metric = elastic_compliance(material.E, material.nu)
         return _Body(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from contactfem.case.adaptivity_checks import broken_adaptivity
 from contactfem.case.base import AXES
+from contactfem.case.cell_materials import broken_cell_materials
 from contactfem.case.conflicting_conditions import contradictions
 from contactfem.case.element_choice import SIMPLICES
 from contactfem.case.heat_checks import broken_heat
@@ -70,15 +71,19 @@ def _surface(case: Case, key: str, on: str) -> Iterator[str]:
 def _bodies(case: Case) -> Iterator[str]:
     for name, body in case.bodies.items():
         key = f"bodies.{name}"
-        if body.material not in case.materials:
-            yield _unknown(f"{key}.material", body.material, "material", case.materials)
+        named = {"material": body.material} if body.material is not None else {}
+        named |= {f"materials.{group}": material for group, material in body.materials.items()}
+        unknown = [(at, found) for at, found in named.items() if found not in case.materials]
+        for at, found in unknown:
+            yield _unknown(f"{key}.{at}", found, "material", case.materials)
         if not isinstance(body.mesh, MeshFile):
             low = body.mesh.extent()[0]
             if len(low) != case.axes:
                 yield f"{key}.mesh: is in {len(low)}D; dimension = {case.dimension}"
             elif case.axisymmetric and low[0] < 0.0:
                 yield f"{key}.mesh: reaches to x = {low[0]:g} m; x is the distance from the axis"
-        if body.material in case.materials:
+        if not unknown:
+            yield from broken_cell_materials(case, name)
             yield from _element(case, name)
     for name, material in case.materials.items():
         file = material.model.rpartition(":")[0]
@@ -91,7 +96,7 @@ def _element(case: Case, name: str) -> Iterator[str]:
     body = case.bodies[name]
     if body.element != "MINI":
         return
-    if case.materials[body.material].model != "neo-hooke":
+    if case.materials[body.main_material].model != "neo-hooke":
         yield f'bodies.{name}.element = MINI: needs the built-in law, model = "neo-hooke"'
     if (cell := body.mesh.cell_type()) not in SIMPLICES:
         yield f"bodies.{name}.element = MINI: needs triangles or tetrahedra; the mesh has {cell}s"

@@ -57,7 +57,8 @@ def _materials(case: Case) -> Iterator[str]:
         needed += ["density", "heat_capacity"]
     if case.heat.thermoelastic:
         needed += ["reference_temperature"]
-    for name in sorted({body.material for body in case.bodies.values()} & case.materials.keys()):
+    used = {name for body in case.bodies.values() for name in body.all_materials}
+    for name in sorted(used & case.materials.keys()):
         missing = [key for key in needed if getattr(case.materials[name], key) is None]
         if missing:
             yield f"materials.{name}: heat needs {', '.join(missing)}"

@@ -88,17 +88,30 @@ def _nested(key: str, value: Any, where: str) -> Raw:
 
 
 def _merged(old: Any, new: Any, where: str) -> Any:
-    """New values laid over old ones; a table with a builder or a file replaces the old one."""
+    """New values laid over old ones; another geometry's table replaces the old one."""
     if not isinstance(new, dict) or not isinstance(old, dict | list):
         return new
     if isinstance(old, list):
         return _list_merged(old, new, where)
-    if isinstance(old.get("builder", old.get("file")), str) and new.keys() & {"builder", "file"}:
+    if _replaces(old, new):
         return new
     merged = dict(old)
     for key, value in new.items():
         merged[key] = _merged(old[key], value, f"{where}{key}.") if key in old else value
     return merged
+
+
+def _replaces(old: Raw, new: Raw) -> bool:
+    """Whether a table is another geometry: one with a builder, or a file where none was.
+
+    Another file has the other keys of the old one, unless its table says its unit as well: that is
+    a whole one.
+    """
+    if not isinstance(old.get("builder", old.get("file")), str):
+        return False
+    if "file" in new and "builder" not in new and isinstance(old.get("file"), str):
+        return "unit" in new
+    return bool(new.keys() & {"builder", "file"})
 
 
 def _list_merged(old: list[Any], new: Raw, where: str) -> list[Any]:

@@ -81,7 +81,7 @@ def _toml(path: Path) -> dict[str, Any]:
         CaseError: no such file, a folder, not readable, not UTF-8 or not TOML.
     """
     try:
-        return tomllib.loads(path.read_bytes().decode())
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError:
         raise CaseError(f"{path}: there is no such file{_near(path)}") from None
     except IsADirectoryError:
@@ -93,7 +93,8 @@ def _toml(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError as error:
         raise CaseError(f"{path}: is not UTF-8 text (byte {error.start})") from None
     except (ValueError, RecursionError) as error:
-        raise CaseError(f"{path}: is not TOML: {str(error).splitlines()[0]}") from None
+        why = str(error).splitlines()[0].replace("Cannot overwrite a value", "a key is there twice")
+        raise CaseError(f"{path}: is not TOML: {why}") from None
 
 
 def _near(path: Path) -> str:

@@ -128,7 +128,12 @@ class Body(Model):
     With one, temperatures are absolute; without, they are rises above the stress-free state.
     """
 
-    material: str = Field(description="name of its material")
+    material: str | None = Field(
+        default=None, description="name of its material; with `materials` that of all other cells"
+    )
+    materials: dict[str, str] = Field(
+        default={}, description="names of materials by group of cells of its mesh file"
+    )
     mesh: MeshSpec = Field(description="geometry with its mesh, or a mesh file")
     element: Literal["auto", "P1", "MINI"] = Field(
         default="auto",
@@ -148,6 +153,23 @@ class Body(Model):
     thermal_mesh: MeshSpec | None = Field(
         default=None, description="mesh for the temperature; by default that of `mesh`"
     )
+
+    @model_validator(mode="after")
+    def _of_something(self) -> Self:
+        if self.material is None and not self.materials:
+            raise ValueError("must have 'material', or 'materials' by groups of cells")
+        return self
+
+    @property
+    def main_material(self) -> str:
+        """Name of its material, or of the first one."""
+        return self.material or next(iter(self.materials.values()))
+
+    @property
+    def all_materials(self) -> tuple[str, ...]:
+        """Names of all materials that it has, each once."""
+        own = (self.material,) if self.material is not None else ()
+        return tuple(dict.fromkeys((*own, *self.materials.values())))
 
 
 class Interface(Model):

@@ -41,12 +41,12 @@ def given_temperature(case: Case, body: str) -> Table:
 
 
 def _stress_free(case: Case, body: str) -> Table:
-    return constant(reference_temperature(case.materials[case.bodies[body].material]))
+    return constant(reference_temperature(case.materials[case.bodies[body].main_material]))
 
 
 def responds_to_temperature(case: Case) -> bool:
     """Whether mechanics depends on temperatures: by expansion, friction or a user's law."""
-    materials = [case.materials[body.material] for body in case.bodies.values()]
+    materials = [case.materials[m] for body in case.bodies.values() for m in body.all_materials]
     frictions = [i.friction for i in case.interfaces.values() if i.friction is not None]
     tables = [friction.coefficient_table for friction in frictions]
     return (
@@ -68,7 +68,7 @@ def broken_temperatures(case: Case) -> Iterator[str]:
     if not is_absolute(case):
         return
     why = f"temperatures of this case are absolute ({_why(case)})"
-    used = {body.material for body in case.bodies.values()} & case.materials.keys()
+    used = {m for body in case.bodies.values() for m in body.all_materials} & case.materials.keys()
     for name in sorted(used):
         material = case.materials[name]
         if case.mechanics and material.expansion and material.reference_temperature is None:
@@ -77,8 +77,8 @@ def broken_temperatures(case: Case) -> Iterator[str]:
                 "from"
             )
     for name, body in case.bodies.items() if case.heat is not None else ():
-        unknown = body.material in used and (
-            case.materials[body.material].reference_temperature is None
+        unknown = body.main_material in used and (
+            case.materials[body.main_material].reference_temperature is None
         )
         if unknown and body.initial_temperature is None:
             yield f"bodies.{name}: {why}; give its initial_temperature, or its material a reference"
@@ -95,7 +95,7 @@ def doubtful_temperatures(case: Case) -> Iterator[str]:
     """Temperatures that are more likely meant on the other scale; a sentence about each."""
     absolute = is_absolute(case)
     expands = case.mechanics and any(
-        case.materials[body.material].expansion for body in case.bodies.values()
+        case.materials[m].expansion for body in case.bodies.values() for m in body.all_materials
     )
     for key, value in _temperatures(case) if expands else ():
         if absolute and 0.0 < value < COLD:
@@ -118,7 +118,7 @@ def temperature_words(case: Case) -> str:
 
 def _references(case: Case) -> dict[str, float]:
     """Reference temperatures of the materials that bodies are made of [K]."""
-    used = {body.material for body in case.bodies.values()}
+    used = {m for body in case.bodies.values() for m in body.all_materials}
     return {
         name: material.reference_temperature
         for name, material in case.materials.items()

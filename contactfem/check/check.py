@@ -6,14 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from contactfem.case.body_meshes import built_mesh, mesh_files, mesh_remarks
 from contactfem.case.element_choice import describe_element
+from contactfem.case.python_code import python_code
 from contactfem.case.scene import Interface, Material
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
 from contactfem.check.initial_gaps import nearest_place, obstacle_gap, plane_figure
 from contactfem.check.interface_summary import gap_in_space, interface_facts, outlines_of
-from contactfem.check.plausibility import large_loads, pieces
+from contactfem.check.plausibility import large_loads, odd_motions
 from contactfem.check.resolved_values import listing
 from contactfem.common.text import nearest, one_line
 from contactfem.common.typing import Floats
@@ -94,6 +96,8 @@ def outlines(case: Case) -> Outlines:
     Raises:
         CaseError: not a mesh, or a surface that is missing or empty.
     """
+    for name, key, _ in mesh_files(case):
+        built_mesh(case, name, key)
     lines: Outlines = {}
     for name, body in case.bodies.items():
         try:
@@ -102,7 +106,7 @@ def outlines(case: Case) -> Outlines:
             why = one_line(str(error))
             raise CaseError(f"{case.path}: bodies.{name}.mesh: {why}") from None
         if isinstance(body.mesh, MeshFile):
-            _check_file(case, name, lines[name])
+            _check_file(case, name, body.mesh, lines[name])
     return lines
 
 
@@ -125,8 +129,9 @@ def check_bodies(case: Case) -> None:
             )
 
 
-def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
+def _check_file(case: Case, body: str, mesh: MeshFile, lines: dict[str, Floats]) -> None:
     """Make sure that a mesh file has the surfaces that the case names."""
+    doubts = "".join(f"; {text}" for text in mesh.read.doubts)
     named = [(f"conditions.{k}.on", c.on) for k, c in enumerate(case.conditions)]
     for name, sides in case.interfaces.items():
         named.append((f"interfaces.{name}.nonmortar", sides.nonmortar))
@@ -136,7 +141,7 @@ def _check_file(case: Case, body: str, lines: dict[str, Floats]) -> None:
         if owner == body and dot and surface not in lines:
             raise CaseError(
                 f"{case.path}: {key} = {on}: '{body}' has no surface '{surface}' with facets"
-                f"{nearest(surface, list(lines))}"
+                f"{nearest(surface, list(lines)) or '; it has no named surfaces'}{doubts}"
             )
 
 
@@ -156,6 +161,8 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "friction", f"on: {', '.join(friction)}" if friction else "off"
     yield from heat_words(case)
     yield from adaptivity_words(case)
+    if code := [f"{name} ({key})" for key, name in python_code(case)]:
+        yield "python", f"WARNING: runs code: {', '.join(code)}; --no-code refuses that"
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
     for text in large_loads(case):
         yield "doubtful", text
@@ -176,15 +183,26 @@ def _system(case: Case) -> str:
 
 def _bodies(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
     for name, body in case.bodies.items():
-        material = case.materials[body.material]
-        yield name, f"{body.material}: {_material(material, small=case.strain == 'small')}"
-        low, high = _extent(lines[name])
+        shown = name
+        for each in body.all_materials:
+            own = [group for group, material in body.materials.items() if material == each]
+            cells = f" ({', '.join(own)})" if own else ""
+            words = _material(case.materials[each], small=case.strain == "small")
+            yield shown, f"{each}{cells}: {words}"
+            shown = ""
+        low, high = body.mesh.extent()
         size = " x ".join(engineering(length, "m") for length in high - low)
         yield "", f"{size}, lower corner ({', '.join(f'{x:.4g}' for x in low)}) m"
-        yield "", "surfaces " + ", ".join(lines[name])
-        if isinstance(body.mesh, MeshFile) and (count := pieces(body.mesh.build())) > 1:
-            yield "", f"WARNING: in {count} pieces; 'body' takes one group of cells of a file"
-        yield "", describe_element(body, material, body.mesh.cell_type())
+        yield "", "surfaces " + (", ".join(lines[name]) or "without names")
+        for where, text, doubtful in mesh_remarks(case):
+            if where.startswith(f"bodies.{name}."):
+                yield "", f"WARNING: {text}" if doubtful else text
+        for text in odd_motions(case, name, float((high - low).max())):
+            yield "", f"WARNING: {text}"
+        softest = max(
+            (case.materials[each] for each in body.all_materials), key=lambda m: m.K / m.mu
+        )
+        yield "", describe_element(body, softest, body.mesh.cell_type())
         yield "", held(case, name, lines[name])
 
 
@@ -208,7 +226,7 @@ def held(case: Case, body: str, lines: dict[str, Floats]) -> str:
     """
     if not case.mechanics:
         return "does not move"
-    low, high = _extent(lines)
+    low, high = case.bodies[body].mesh.extent()
     points: list[Floats] = [np.empty((0, len(low)))]
     prescribed: list[npt.NDArray[np.bool_]] = [np.empty((0, len(low)), dtype=bool)]
     conditions = [condition for condition in case.conditions if condition.body == body]

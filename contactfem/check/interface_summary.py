@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from contactfem.case.cell_materials import surface_modulus
 from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
@@ -117,9 +118,9 @@ def _side(case: Case, on: str) -> tuple[Surface, float]:
         CaseError: The body cannot be meshed.
     """
     body, _, surface = on.partition(".")
-    material = case.materials[case.bodies[body].material]
     try:
-        return case.bodies[body].mesh.build().surface(surface), material.E
+        data = case.bodies[body].mesh.build()
+        return data.surface(surface), surface_modulus(case, body, surface, data)
     except MeshError as error:
         raise CaseError(f"{case.path}: bodies.{body}.mesh: {one_line(str(error))}") from None
 

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.unit_display import engineering
 from contactfem.common.units import Given
-from contactfem.meshes.data import MeshData
+
+LEAST_MOTION, MOST_MOTION = 1e-5, 1e2  # prescribed displacement over the size of its body
 
 
 def large_loads(case: Case) -> Iterator[str]:
@@ -22,7 +21,7 @@ def large_loads(case: Case) -> Iterator[str]:
     """
     for number, condition in enumerate(case.conditions if case.mechanics else ()):
         load = max((abs(v) for table in _loads(condition) for v in table.values), default=0.0)
-        material = case.bodies[condition.body].material
+        material = case.bodies[condition.body].main_material
         times = load / case.materials[material].E
         if times > 1.0:
             yield (
@@ -37,21 +36,22 @@ def _loads(condition: Condition) -> list[Given]:
     return tables + ([condition.pressure] if condition.pressure is not None else [])
 
 
-def pieces(mesh: MeshData) -> int:
-    """Number of pieces of a mesh that share no node.
+def odd_motions(case: Case, body: str, size: float) -> Iterator[str]:
+    """Prescribed displacements far below or above the size of a body, as of a wrong unit.
 
     Args:
-        mesh: the mesh.
+        case: the case.
+        body: name of the body.
+        size: its extent [m].
 
-    Returns:
-        1 for a body in one piece; nodes without cells do not count.
+    Yields:
+        A sentence about each.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    first, others = mesh.cells[:, :1], mesh.cells[:, 1:]
-    ends = np.broadcast_to(first, others.shape).ravel(), others.ravel()
-    count = len(mesh.points)
-    edges = coo_array((np.ones(len(ends[0]), np.int8), ends), (count, count))
-    labels = connected_components(edges, directed=False)[1]
-    return len(np.unique(labels[mesh.cells]))
+    for number, condition in enumerate(case.conditions if case.mechanics else ()):
+        if condition.body != body:
+            continue
+        tables = condition.components().values()
+        motion = max((abs(v) for table in tables for v in table.values), default=0.0)
+        if motion > 0.0 and not LEAST_MOTION * size < motion < MOST_MOTION * size:
+            lengths = f"a body of {engineering(size, 'm')} by {engineering(motion, 'm')}"
+            yield f"conditions.{number}.{condition.kind}: moves {lengths}; are the units right?"

@@ -92,7 +92,7 @@ def check_lengths(tree: Tree, sparse: tuple[int, int], length: int) -> None:
     Args:
         tree: From `packed`.
         sparse: Shape of its sparse matrices.
-        length: Of its arrays.
+        length: Of its arrays; positions are of all of its nodes, the columns of the matrices.
 
     Raises:
         ValueError: One has another.
@@ -103,7 +103,7 @@ def check_lengths(tree: Tree, sparse: tuple[int, int], length: int) -> None:
                 raise ValueError(f"'{name}' is of another interface")
         elif isinstance(part, dict):
             check_lengths(part, sparse, length)
-        elif part.dtype.kind not in "biuf" or (part.ndim and len(part) != length):
+        elif part.dtype.kind not in "biuf" or (part.ndim and len(part) not in (length, sparse[1])):
             raise ValueError(f"'{name}' is of another interface")
 
 

@@ -237,11 +237,16 @@ def _of_mesh(mesh: BodyMesh) -> Tree:
         "cell_type": np.array(data.cell_type),
         "names": np.array(list(data.groups), dtype=str),
         "groups": {str(k): facets for k, facets in enumerate(data.groups.values())},
+        "cell_names": np.array(list(data.cell_groups), dtype=str),
+        "cell_groups": {str(k): cells for k, cells in enumerate(data.cell_groups.values())},
     }
 
 
 def _mesh(tree: Tree) -> MeshData:
     groups = {str(name): tree["groups"][str(k)] for k, name in enumerate(tree["names"])}
+    parts = {
+        str(name): tree["cell_groups"][str(k)] for k, name in enumerate(tree.get("cell_names", ()))
+    }
     points, cells = tree["points"], tree["cells"]
     if points.ndim != 2 or not np.isfinite(points).all() or cells.ndim != 2 or not len(cells):
         raise ValueError("a mesh is none")
@@ -250,7 +255,10 @@ def _mesh(tree: Tree) -> MeshData:
             raise ValueError("a mesh has numbers of nodes that are none")
         if numbers.max(initial=0) >= len(points):
             raise ValueError("a mesh names nodes that it does not have")
-    return MeshData(tree["points"], tree["cells"], str(tree["cell_type"]), groups)  # type: ignore[arg-type]
+    for numbers in parts.values():
+        if numbers.dtype.kind != "i" or not ((0 <= numbers) & (numbers < len(cells))).all():
+            raise ValueError("a mesh names cells that it does not have")
+    return MeshData(tree["points"], tree["cells"], str(tree["cell_type"]), groups, parts)  # type: ignore[arg-type]
 
 
 def _gathered(comm: MPI.Comm, V: fem.FunctionSpace, values: Floats) -> Floats:

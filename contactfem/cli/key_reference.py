@@ -29,6 +29,8 @@ value may change over time, rows of time and value stand for it:
 `[["0 s", "0 mm"], ["1 s", "-2 mm"]]` is linear between the rows and constant after the last.
 Components are named, `displacement.x = "1 mm"`, or listed. Every key may be changed for one run:
 `--set time.end='"2 s"'` or `--set conditions.0.pressure='"1 MPa"'`; conditions count from 0.
+Another `mesh.file` keeps the other keys of its table; another builder, or a file with its `unit`,
+is a whole table.
 """
 
 

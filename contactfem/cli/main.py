@@ -11,6 +11,7 @@ from pathlib import Path
 
 from contactfem import __version__
 from contactfem.cli.study import add_study_options, study_command
+from contactfem.common.text import printable
 from contactfem.errors import CaseError, ContactfemError, ExitCode
 
 INTERRUPTED = 130  # as shells have it
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return command(options)
     except ContactfemError as error:
-        print(error, file=sys.stderr)
+        print(printable(error), file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:  # the reader of a pipe, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -68,6 +69,10 @@ def parser() -> argparse.ArgumentParser:
         verb.add_argument("case", type=Path, metavar="CASE", help="case file (TOML)")
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
         _add_set(verb, "change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'")
+    for verb in (check, run, resume):
+        verb.add_argument(
+            "--no-code", action="store_true", help="refuse a case that runs Python of its own"
+        )
     resume.add_argument("folder", type=Path, metavar="DIR", help="folder of the run")
     verify.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     _add_set(resume, "change how it is solved or written, such as time.step_min='1 us'")
@@ -121,11 +126,14 @@ def _verb(
 
 
 def _check(options: argparse.Namespace) -> int:
+    from contactfem.case.python_code import refuse_code
     from contactfem.case.read import read_case
     from contactfem.check.check import check_case
     from contactfem.results.expectations import check_names
 
     case = read_case(options.case, options.overrides, options.variant)
+    if options.no_code:
+        refuse_code(case)
     check_names(case)
     for variant in case.variants if options.variant is None else ():
         try:
@@ -143,20 +151,22 @@ def _mesh(options: argparse.Namespace) -> int:
 
     case = read_case(options.case, options.overrides, options.variant)
     for line in write_meshes(case, options.out):
-        print(line)
+        print(printable(line))
     return ExitCode.DONE
 
 
 def _run(options: argparse.Namespace) -> int:
     from contactfem.cli.run import run_command
 
-    return run_command(options.case, options.overrides, options.variant, options.out)
+    return run_command(
+        options.case, options.overrides, options.variant, options.out, no_code=options.no_code
+    )
 
 
 def _resume(options: argparse.Namespace) -> int:
     from contactfem.cli.run import resume_command
 
-    return resume_command(options.folder, options.overrides)
+    return resume_command(options.folder, options.overrides, no_code=options.no_code)
 
 
 @contextmanager

@@ -11,10 +11,13 @@ from typing import Any
 
 from mpi4py import MPI
 
+from contactfem.case.body_meshes import mesh_remarks
+from contactfem.case.python_code import refuse_code
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.check.check import check_bodies, describe
 from contactfem.checkpoint.format import Checkpoint
+from contactfem.common.text import one_line, printable
 from contactfem.common.timers import seconds_since_start
 from contactfem.errors import ContactfemError, ExitCode
 from contactfem.results.expectations import check_names
@@ -24,7 +27,14 @@ from contactfem.run.signals import StopSignals
 PATIENCE = 10.0  # seconds that a rank which failed waits for the others to fail as well
 
 
-def run_command(path: Path, overrides: Sequence[str], variant: str | None, out: Path | None) -> int:
+def run_command(
+    path: Path,
+    overrides: Sequence[str],
+    variant: str | None,
+    out: Path | None,
+    *,
+    no_code: bool = False,
+) -> int:
     """Run a case, one of its variants, or with "all" the case and all of its variants.
 
     Args:
@@ -32,24 +42,26 @@ def run_command(path: Path, overrides: Sequence[str], variant: str | None, out: 
         overrides: "a.b.c=value" each.
         variant: a variant's name, "all", or None for the case itself.
         out: folder to write to; None for runs/CASE[-VARIANT].
+        no_code: whether a case that runs Python of its own is refused.
 
     Returns:
         The largest exit code, the same on all ranks.
     """
-    return _guarded(lambda comm: _run_all(comm, path, overrides, variant, out))
+    return _guarded(lambda comm: _run_all(comm, path, overrides, variant, out, no_code))
 
 
-def resume_command(folder: Path, overrides: Sequence[str]) -> int:
+def resume_command(folder: Path, overrides: Sequence[str], *, no_code: bool = False) -> int:
     """Go on with a run that was stopped, killed or given up.
 
     Args:
         folder: its folder.
         overrides: "a.b.c=value" each, of how it is solved and written.
+        no_code: whether a case that runs Python of its own is refused.
 
     Returns:
         Exit code, the same on all ranks.
     """
-    return _guarded(lambda comm: _resume(comm, folder, overrides))
+    return _guarded(lambda comm: _resume(comm, folder, overrides, no_code))
 
 
 def _guarded(command: Callable[[MPI.Comm], int]) -> int:
@@ -60,10 +72,10 @@ def _guarded(command: Callable[[MPI.Comm], int]) -> int:
         return command(comm)
     except ContactfemError as error:
         if comm.rank == 0:
-            print(error, file=sys.stderr, flush=True)
+            print(printable(error), file=sys.stderr, flush=True)
         if not _all_here(failures):
             if comm.rank:
-                print(f"rank {comm.rank}: {error}", file=sys.stderr, flush=True)
+                print(f"rank {comm.rank}: {printable(error)}", file=sys.stderr, flush=True)
             comm.Abort(error.exit_code)
         return error.exit_code
     except Exception:
@@ -83,14 +95,21 @@ def _all_here(comm: MPI.Comm) -> bool:
 
 
 def _run_all(
-    comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | None, out: Path | None
+    comm: MPI.Comm,
+    path: Path,
+    overrides: Sequence[str],
+    variant: str | None,
+    out: Path | None,
+    no_code: bool,
 ) -> int:
     if variant != "all":
-        return _run_one(comm, _read(comm, path, overrides, variant), _folder(path, variant, out))
-    base = _read(comm, path, overrides, None)
+        return _run_one(
+            comm, _read(comm, path, overrides, variant, no_code), _folder(path, variant, out)
+        )
+    base = _read(comm, path, overrides, None, no_code)
     codes = []
     for name in (None, *base.variants):
-        case = _read(comm, path, overrides, name)
+        case = _read(comm, path, overrides, name, no_code)
         folder = _folder(path, name, out and out / _stem(path, name))
         codes.append(_run_one(comm, case, folder, first=name is None))
     return max(codes)
@@ -104,7 +123,9 @@ def _folder(path: Path, variant: str | None, out: Path | None) -> Path:
     return out if out is not None else Path("runs") / _stem(path, variant)
 
 
-def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | None) -> Case:
+def _read(
+    comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | None, no_code: bool
+) -> Case:
     """Read on rank 0, so that all ranks see the same file.
 
     Raises:
@@ -113,6 +134,8 @@ def _read(comm: MPI.Comm, path: Path, overrides: Sequence[str], variant: str | N
 
     def found() -> Case:
         case = read_case(path, overrides, variant)
+        if no_code:
+            refuse_code(case)
         check_names(case)
         check_bodies(case)
         return case
@@ -138,7 +161,7 @@ def _on_first[T](comm: MPI.Comm, work: Callable[[], T]) -> T:
     return answer  # type: ignore[return-value]
 
 
-def _resume(comm: MPI.Comm, folder: Path, overrides: Sequence[str]) -> int:
+def _resume(comm: MPI.Comm, folder: Path, overrides: Sequence[str], no_code: bool) -> int:
     """Go on with a run; its state stays on rank 0."""
     state: dict[str, Any] = {}
 
@@ -151,10 +174,12 @@ def _resume(comm: MPI.Comm, folder: Path, overrides: Sequence[str]) -> int:
 
     resumption = _on_first(comm, found)
     if comm.rank == 0:
-        print(resumption.says, flush=True)
+        print(printable(resumption.says), flush=True)
     if resumption.case is None or resumption.checkpoint is None:
         return ExitCode.DONE
     checkpoint = replace(resumption.checkpoint, state=state)
+    if no_code:
+        refuse_code(resumption.case)
     return _run_one(comm, resumption.case, folder, checkpoint=checkpoint)
 
 
@@ -170,6 +195,9 @@ def _run_one(
 
     if comm.rank == 0:
         print(describe(case), flush=True)
+        for where, text, doubtful in mesh_remarks(case) if checkpoint is None else ():
+            if not doubtful:  # doubts are said by the run itself
+                print(one_line(f"{where}: {text}"), flush=True)
     imports = seconds_since_start() if first else 0.0
     command = _command(comm)
     if checkpoint is not None:
@@ -180,7 +208,7 @@ def _run_one(
     if comm.rank == 0:
         passed = _closing(out, plain=comm.size > 1)
         if result.message:
-            print(result.message, file=sys.stderr, flush=True)
+            print(printable(result.message), file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
     if not result.converged:
         return ExitCode.WRONG if result.wrong else ExitCode.GAVE_UP

@@ -21,6 +21,11 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+def printable(text: object) -> str:
+    """A text of several lines, each as a terminal shows it."""
+    return "\n".join(one_line(line) for line in str(text).split("\n"))
+
+
 @contextmanager
 def about(path: Path) -> Iterator[None]:
     """Put the name of a case file before every line of an error raised inside."""

@@ -7,6 +7,8 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.case.base import AXES
+from contactfem.case.body_meshes import ON_AXIS
+from contactfem.case.cell_materials import CellMaterials, cell_materials
 from contactfem.case.element_choice import element_of
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
@@ -15,7 +17,6 @@ from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.typing import Ints
 from contactfem.discretisation.given_data import given
-from contactfem.discretisation.meshes import ON_AXIS
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.forms.energies import (
@@ -39,28 +40,55 @@ def on_axis(mesh: BodyMesh, comm: MPI.Comm) -> Ints:
 def body_problem(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     """Equations of one body: its element, law and loads."""
     body = case.bodies[name]
-    element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
-    law = _law(case, case.materials[body.material], mixed=element == "MINI")
+    materials = materials_of(case, name, mesh)
+    cell = mesh.mesh.basix_cell().name
+    elements = {element_of(body, case.materials[each], cell) for each in materials.names}
+    law = _law(case, materials, mixed="MINI" in elements)
     loads = [load for c in case.conditions if c.body == name for load in _loads(case, c)]
     theta = given_temperature(case, name) if case.heat is None else None
     return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
-def _law(case: Case, material: Material, *, mixed: bool) -> Law:
-    """Energy and parameters of a material."""
-    small, reference = case.strain == "small", reference_temperature(material)
+def materials_of(case: Case, name: str, mesh: BodyMesh) -> CellMaterials:
+    """Materials of a body's cells, on all ranks; collective.
+
+    Raises:
+        CaseError: Its groups of cells do not give one to each.
+    """
+    if not case.bodies[name].materials:
+        return CellMaterials(case.bodies[name].all_materials, None)
+    found = None if mesh.data is None else cell_materials(case, name, mesh.data)
+    materials: CellMaterials = mesh.mesh.comm.bcast(found)
+    return materials
+
+
+def _law(case: Case, materials: CellMaterials, *, mixed: bool) -> Law:
+    """Energy and parameters of a body's materials, which all have one model."""
+    small = case.strain == "small"
+    each = {name: _parameters(case.materials[name]) for name in materials.names}
+    first = case.materials[materials.names[0]]
+    reference = reference_temperature(first)
     parameters = {
+        key: materials.values({name: own[key] for name, own in each.items()})
+        for key in each[materials.names[0]]
+    }
+    E = max(case.materials[name].E for name in materials.names)
+    if first.model == "neo-hooke":
+        energy = linear_elastic if small else neo_hooke
+        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
+        mean = with_mean_stress if mixed else None
+        return Law(energy, parameters, E, small, small, mean, reference)
+    energy = _user_energy(case, first.model)
+    return Law(energy, parameters, E, small, linear=False, reference=reference)
+
+
+def _parameters(material: Material) -> dict[str, float]:
+    """What stands in a material's energy, by name."""
+    return {
         "bulk_modulus": material.K,
         "shear_modulus": material.mu,
         "expansion": material.expansion,
     } | material.parameters
-    if material.model == "neo-hooke":
-        built_in = linear_elastic if small else neo_hooke
-        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
-        mean = with_mean_stress if mixed else None
-        return Law(built_in, parameters, material.E, small, small, mean, reference)
-    energy = _user_energy(case, material.model)
-    return Law(energy, parameters, material.E, small, linear=False, reference=reference)
 
 
 def _user_energy(case: Case, reference: str) -> Energy:

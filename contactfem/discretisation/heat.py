@@ -1,11 +1,12 @@
 """From a case to the equations of heat."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.case.cell_materials import CellMaterials
 from contactfem.case.law_factory import conductance_law, varies
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
@@ -13,6 +14,7 @@ from contactfem.case.temperature_scale import initial_temperature
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
+from contactfem.discretisation.bodies import materials_of
 from contactfem.discretisation.given_data import given
 from contactfem.discretisation.search import search_range
 from contactfem.fem.body_mesh import BodyMesh
@@ -87,25 +89,28 @@ def discretise_heat(
 
 
 def _body(case: Case, name: str, mesh: BodyMesh) -> HeatBody:
-    material = case.materials[case.bodies[name].material]
     loads = [_load(case, c) for c in case.conditions if c.body == name and _is_load(c)]
     return HeatBody(
         name,
         mesh,
-        _law(case, material),
+        _law(case, materials_of(case, name, mesh)),
         loads,
         axisymmetric=case.axisymmetric,
         deforms=case.strain == "finite" and case.mechanics,
     )
 
 
-def _law(case: Case, material: Material) -> HeatLaw:
-    assert case.heat is not None and material.conductivity is not None
-    capacity = (material.density or 0.0) * (material.heat_capacity or 0.0)
+def _law(case: Case, materials: CellMaterials) -> HeatLaw:
+    assert case.heat is not None
+
+    def values(of: Callable[[Material], float]) -> float | Floats:
+        return materials.values({name: of(case.materials[name]) for name in materials.names})
+
+    conductivity = values(lambda m: m.conductivity or 0.0)
+    capacity = values(lambda m: (m.density or 0.0) * (m.heat_capacity or 0.0))
     if not case.heat.thermoelastic:
-        return HeatLaw(material.conductivity, capacity)
-    cooling = 3.0 * material.expansion * material.K
-    return HeatLaw(material.conductivity, capacity, cooling)
+        return HeatLaw(conductivity, capacity)
+    return HeatLaw(conductivity, capacity, values(lambda m: 3.0 * m.expansion * m.K))
 
 
 def _is_load(condition: Condition) -> bool:

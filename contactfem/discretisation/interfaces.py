@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from contactfem.case.cell_materials import surface_modulus
 from contactfem.case.contact_parameters import constants
 from contactfem.case.law_factory import friction_law
 from contactfem.case.obstacles import Plane, Polyline, RigidCylinder, RigidSurface, Sphere
@@ -64,7 +65,7 @@ def contact_of_interface(
     interface = case.interfaces[name]
     body, _, surface = interface.nonmortar.partition(".")
     nonmortar = BodySide(index[body], meshes[body].surface(surface))
-    E_nonmortar = system.bodies[index[body]].law.youngs_modulus
+    E_nonmortar = _modulus(case, body, surface, meshes[body])
     mortar: BodySide | RigidSide
     if interface.mortar in case.obstacles:
         mortar = rigid_side(case, interface.mortar, nonmortar.surface.X)
@@ -72,7 +73,7 @@ def contact_of_interface(
     else:
         body, _, surface = interface.mortar.partition(".")
         mortar = BodySide(index[body], meshes[body].surface(surface))
-        E_mortar = system.bodies[index[body]].law.youngs_modulus
+        E_mortar = _modulus(case, body, surface, meshes[body])
     nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier, shared)
     found = constants(
         interface,
@@ -147,6 +148,15 @@ def rigid_side(case: Case, name: str, X: Floats) -> RigidSide:
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
+
+
+def _modulus(case: Case, body: str, surface: str, mesh: BodyMesh) -> float:
+    """Young's modulus at a surface [Pa]; collective if its body has several materials."""
+    table = case.bodies[body]
+    if not table.materials:
+        return case.materials[table.main_material].E
+    found = None if mesh.data is None else surface_modulus(case, body, surface, mesh.data)
+    return float(mesh.mesh.comm.bcast(found))
 
 
 def _travel(case: Case) -> float:

@@ -2,19 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
 
 from mpi4py import MPI
 
+from contactfem.case.body_meshes import MeshKey, built_mesh
 from contactfem.case.schema import Case
-from contactfem.common.typing import Floats
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh, distribute
 from contactfem.meshes.data import MeshData
-
-ON_AXIS = 1e-12  # distance from the axis over the largest that counts as none
 
 
 @dataclass(frozen=True)
@@ -76,27 +71,15 @@ def thermal_mesh(
     return distribute(comm, given.thermal.get(name)) if own else mechanical
 
 
-def _mesh(case: Case, name: str, key: Literal["mesh", "thermal_mesh"], comm: MPI.Comm) -> BodyMesh:
+def _mesh(case: Case, name: str, key: MeshKey, comm: MPI.Comm) -> BodyMesh:
     """A body's mesh on the ranks; an error of the builder on the first rank is raised on all."""
     data, error = None, None
     if comm.rank == 0:
         try:
-            data = getattr(case.bodies[name], key).build()
-            if case.axisymmetric:
-                _check_radii(data.points[:, 0])
+            data = built_mesh(case, name, key)
         except CaseError as raised:
-            error = CaseError(f"{case.path}: bodies.{name}.{key}: {raised}")
+            error = raised
     error = comm.bcast(error)
     if error is not None:
         raise error
     return distribute(comm, data)
-
-
-def _check_radii(r: Floats) -> None:
-    """Radii must not be negative, beyond round-off.
-
-    Raises:
-        CaseError: Some are.
-    """
-    if r.min() < -ON_AXIS * float(np.abs(r).max()):
-        raise CaseError(f"reaches to x = {r.min():g} m; x is the distance from the axis")

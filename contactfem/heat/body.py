@@ -18,6 +18,7 @@ from contactfem.common.place_time import PlaceTime
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
+from contactfem.fem.cell_values import coefficient
 from contactfem.fem.compat import CellExpression, assemble_into, local_matrix
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
@@ -25,7 +26,7 @@ from contactfem.forms.kinematics import circumference, deformation_gradient, hoo
 
 @dataclass(frozen=True)
 class HeatLaw:
-    """What a material says of heat.
+    """What a material says of heat, or for every input cell its own.
 
     Attributes:
         conductivity: k [W/m/K].
@@ -33,9 +34,9 @@ class HeatLaw:
         cooling: 3 α K of the term that straining takes [Pa/K]; None to leave it out.
     """
 
-    conductivity: float
-    capacity: float
-    cooling: float | None = None
+    conductivity: float | Floats
+    capacity: float | Floats
+    cooling: float | Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ class HeatBody:
 
     def flux_at(self, points: Floats | None) -> CellExpression:
         """Heat flux at points of the reference cell, (q, dim); its midpoint without [W/m²]."""
-        k = fem.Constant(self.mesh.mesh, self.law.conductivity)
+        k = coefficient(self.mesh.mesh, self.law.conductivity)
         return CellExpression(self.mesh.mesh, heat_flux(self.theta, k, self._forms.F), points)
 
 
@@ -190,8 +191,8 @@ class _Forms:
         self._dx = _volume(domain, (1 if simplex else 2) + axisymmetric)
         self._dx_mass = _volume(domain, 2 + axisymmetric)
         self.F = self._deformation(body.u) if body.deforms else None
-        self._k = fem.Constant(domain, body.law.conductivity)
-        capacity = fem.Constant(domain, body.law.capacity)
+        self._k = coefficient(domain, body.law.conductivity)
+        capacity = coefficient(domain, body.law.capacity)
         self._w = fem.Function(body.V)
         self._loads = [(self._placeholder(load.value), load) for load in loads]
         v, trial = ufl.TestFunction(body.V), ufl.TrialFunction(body.V)
@@ -273,7 +274,7 @@ class _Cooling:
         domain, law = body.mesh.mesh, body.law
         self._theta, self._u_old = fem.Function(body.V), fem.Function(body.displacement_space)
         self._dt = fem.Constant(domain, 1.0)
-        modulus = fem.Constant(domain, law.cooling or 0.0)
+        modulus = coefficient(domain, 0.0 if law.cooling is None else law.cooling)
         F, F_old = deformation(body.u), deformation(self._u_old)
         growth = ufl.ln(ufl.det(F) / ufl.det(F_old)) if body.deforms else ufl.tr(F - F_old)
         power = elastic_cooling(self._theta, modulus, growth, self._dt)

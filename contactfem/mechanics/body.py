@@ -15,6 +15,7 @@ from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
+from contactfem.fem.cell_values import coefficient
 from contactfem.fem.compat import CellExpression, assemble_into
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
 from contactfem.forms.mechanics import (
@@ -35,7 +36,7 @@ class Law:
 
     Attributes:
         energy: Free energy ψ(F, ϑ, parameters) [J/m³].
-        parameters: Its parameters by name [SI].
+        parameters: Its parameters by name, each a number or one for every input cell [SI].
         youngs_modulus: Stiffness that scales contact and the residual [Pa].
         small_strain: Whether ψ depends on the strain of the undeformed body.
         linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
@@ -45,12 +46,17 @@ class Law:
     """
 
     energy: Energy
-    parameters: Mapping[str, float]
+    parameters: Mapping[str, float | Floats]
     youngs_modulus: float
     small_strain: bool
     linear: bool
     mixed: MixedEnergy | None = None
     reference: float = 0.0
+
+    @property
+    def shear_modulus(self) -> float:
+        """Size of the shear modulus, of several the geometric mean [Pa]."""
+        return float(np.exp(np.mean(np.log(self.parameters["shear_modulus"]))))
 
 
 @dataclass(frozen=True)
@@ -116,11 +122,11 @@ class BodyProblem:
             self._theta = uniform
         if law.reference:  # the energy takes the rise above the stress-free state
             self._theta = self._theta - fem.Constant(mesh.mesh, law.reference)
-        self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
+        self._parameters = {k: coefficient(mesh.mesh, v) for k, v in law.parameters.items()}
         self._element = (
             linear(mesh, law.energy)
             if law.mixed is None
-            else mini(mesh, law.mixed, self._parameters)
+            else mini(mesh, law.mixed, law.shear_modulus)
         )
         self.u = self._element.unknowns
         self.V = self.u.function_space

@@ -53,9 +53,7 @@ def linear(mesh: BodyMesh, energy: Energy) -> Element:
     return Element(u, u, ufl.TestFunction(V), V, energy, 1 if _is_simplex(mesh) else 2)
 
 
-def mini(
-    mesh: BodyMesh, energy: MixedEnergy, parameters: Mapping[str, ufl.core.expr.Expr]
-) -> Element:
+def mini(mesh: BodyMesh, energy: MixedEnergy, shear_modulus: float) -> Element:
     """MINI element: displacement P1 with a bubble in each cell, continuous mean stress P1.
 
     Its trace is P1. The mean stress is p = (μ/h) q with the unknown q [m] and the mean cell size h,
@@ -64,7 +62,7 @@ def mini(
     Args:
         mesh: The body's mesh, of simplices.
         energy: Its free energy with the mean stress as a field.
-        parameters: Its parameters, with "shear_modulus" [Pa].
+        shear_modulus: Size of its shear modulus μ [Pa].
 
     Returns:
         The element.
@@ -82,7 +80,7 @@ def mini(
     W = fem.functionspace(domain, basix.ufl.mixed_element([vector, P1]))
     w = fem.Function(W)
     u, q = ufl.split(w)
-    p = parameters["shear_modulus"] / fem.Constant(domain, cell_size(mesh)) * q
+    p = fem.Constant(domain, shear_modulus / cell_size(mesh)) * q
 
     def with_mean_stress(
         F: ufl.core.expr.Expr,

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from contactfem.case.body_meshes import built_mesh
 from contactfem.case.schema import Case
 from contactfem.common.typing import Ints
-from contactfem.errors import CaseError, MeshError
+from contactfem.errors import CaseError
 from contactfem.meshes import MeshData
-from contactfem.meshes.file import CELLS
+from contactfem.meshes.body_cells import CELLS
 
 FACETS = {
     "triangle": "line",
@@ -36,11 +37,8 @@ def write_meshes(case: Case, folder: Path) -> Iterator[str]:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise CaseError(f"{folder}: cannot be written to: {error.strerror}") from None
-    for name, body in case.bodies.items():
-        try:
-            data = body.mesh.build()
-        except MeshError as error:
-            raise CaseError(f"{case.path}: bodies.{name}.mesh: {error}") from None
+    for name in case.bodies:
+        data = built_mesh(case, name, "mesh")
         write_msh(data, folder / f"{name}.msh")
         if data.points.shape[1] == 2:
             draw_mesh(data, folder / f"{name}.png")

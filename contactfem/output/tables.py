@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import contactfem
 from contactfem.checkpoint.format import NAME
-from contactfem.common.text import one_line
+from contactfem.common.text import one_line, printable
 from contactfem.errors import CaseError
 from contactfem.results.data import (
     ErrorStep,
@@ -299,7 +299,16 @@ def read_summary(directory: Path) -> dict[str, Any]:
         raise CaseError(f"{path}: not a summary of a run")
     if wrong:
         raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
-    return dict(summary)
+    return {key: _shown(value) for key, value in summary.items()}
+
+
+def _shown(value: Any) -> Any:
+    """What a file says, its texts as a terminal shows them."""
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, dict):
+        return {printable(key): _shown(inner) for key, inner in value.items()}
+    return [_shown(inner) for inner in value] if isinstance(value, list) else value
 
 
 def number(value: float | None) -> float:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TextIO
 
-from contactfem.common.text import percent
+from contactfem.common.text import percent, printable
 from contactfem.common.unit_display import engineering
 from contactfem.results.data import Observables, StepReport
 
@@ -197,9 +197,9 @@ class Reporter:
             text: the line.
         """
         if self._progress is not None:
-            self._progress.console.print(text, markup=False, soft_wrap=True)
+            self._progress.console.print(printable(text), markup=False, soft_wrap=True)
         else:
-            self._stream.write(f"{text}\n")
+            self._stream.write(f"{printable(text)}\n")
             self._stream.flush()
 
     def step(self, report: StepReport) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from contactfem.case.body_meshes import mesh_remarks
 from contactfem.case.schema import Case
 from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import NAME, Checkpoint, Origin, intact
@@ -102,6 +103,9 @@ def _run(
             if resumed is not None:
                 with intact(resumed.origin.path if out is None else str(out / NAME)):
                     loop.restore(resumed)
+            else:
+                for text in _mesh_doubts(case, comm):
+                    loop.warn(text)
             message = loop.run()
             loop.flush()
             last = loop.discretisation, loop.state, loop.progress()
@@ -114,3 +118,12 @@ def _run(
                 recorder.state(loop.verification.last)
             recorder.finish(result)
     return result
+
+
+def _mesh_doubts(case: Case, comm: MPI.Comm) -> list[str]:
+    """What is doubtful about meshes from files, which the first rank has read; collective."""
+    doubts = []
+    if comm.rank == 0:
+        doubts = [f"{where}: {text}" for where, text, doubtful in mesh_remarks(case) if doubtful]
+    found: list[str] = comm.bcast(doubts)
+    return found

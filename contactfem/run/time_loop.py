@@ -128,7 +128,7 @@ class Loop:
             if why := self._step():
                 return why
         for text in heat_verdict(self.case, self.reports):
-            self._warn(text)
+            self.warn(text)
         self._keep(self.keeper.finish)
         return ""
 
@@ -159,7 +159,7 @@ class Loop:
             self.cautious = not self.cautious  # what did not work once, or does not any more
             self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
         if solved.doubt:
-            self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
+            self.warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
         wall = time.perf_counter() - begun
         report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
         if self.solver is not self.reusing:
@@ -195,7 +195,7 @@ class Loop:
         found = self.verification.look(t, self.discretisation, self.solver)
         if not found.breaches or self.case.solver.verify == "warn":
             if found.breaches and self.verification.new(found):
-                self._warn(str(found))
+                self.warn(str(found))
             self.verification.accepted()
             return solved, decision
         self.wrong = True
@@ -212,7 +212,7 @@ class Loop:
             return ""
         if self.case.solver.verify == "warn":
             if self.verification.new(found):
-                self._warn(str(found))
+                self.warn(str(found))
             return ""
         self.wrong = True
         self._keep(self.keeper.write)
@@ -230,7 +230,7 @@ class Loop:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
         moment = RunState(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
-            self._warn(trouble)
+            self.warn(trouble)
 
     def _renewed(self) -> bool:
         """Take the step without factors that serve on, if there were any: it may be their fault."""
@@ -302,8 +302,8 @@ class Loop:
         else:
             self.pending = report, copy.copy(self.state)
 
-    def _warn(self, text: str) -> None:
-        """Accept what no smaller step mends, but say so."""
+    def warn(self, text: str) -> None:
+        """Accept what is doubtful, but say so."""
         self.warnings.append(text)
         self.recorder.warning(text)
 

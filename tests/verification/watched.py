@@ -60,7 +60,7 @@ def stress_error(case, discretisation, exact, times=2):
     """
     result = {}
     for name, body in discretisation.bodies.items():
-        material = case.materials[case.bodies[name].material]
+        material = case.materials[case.bodies[name].main_material]
         view = MeshView.of(discretisation.system.comm, body.mesh)
         points, cells = view.data.points, view.data.cells
         samples = sample_points(cells.shape[1])

@@ -227,7 +227,7 @@ def test_files_that_are_no_case_files(folder):
     path.write_bytes(b"title = '\xff'")
     assert complaints(path=path) == ["is not UTF-8 text (byte 9)"]
     path.write_text("title = 'a'\ntitle = 'b'\n")
-    assert complaints(path=path)[0].startswith("is not TOML: Cannot overwrite a value (at line 2")
+    assert complaints(path=path)[0].startswith("is not TOML: a key is there twice (at line 2")
     path.write_text("x = [" * 5000)
     assert complaints(path=path)[0].startswith("is not TOML: ")
     path.write_text(f"x = {'9' * 5000}")
@@ -335,6 +335,33 @@ def test_another_builder_replaces_the_whole_mesh():
         'corner=["5 mm", "10.5 mm"], amplitude="1 mm", wavelength="10 mm"}'
     )
     assert read_case(TWO, [wave]).bodies["upper"].mesh.builder == "wave"
+
+
+def test_another_file_keeps_the_other_keys_of_the_mesh():
+    """A table with a unit of its own is whole, and so is one with a builder."""
+    first = 'bodies.upper.mesh={file="coarse.msh", unit="mm", body="part", merge="1 um"}'
+
+    def mesh(*changes):
+        raw = tomllib.loads(TWO.read_text())
+        for change in (first, *changes):
+            raw = override(raw, change)
+        table = raw["bodies"]["upper"]["mesh"]
+        return {key: value for key, value in table.items() if key != "file"}, table.get("file")
+
+    kept = {"unit": "mm", "body": "part", "merge": "1 um"}
+    assert mesh("bodies.upper.mesh.file=fine.msh") == (kept, "fine.msh")
+    assert mesh('bodies.upper.mesh={file="fine.msh", body="b"}') == (
+        kept | {"body": "b"},
+        "fine.msh",
+    )
+    assert mesh('bodies.upper.mesh={file="fine.msh", unit="m"}') == ({"unit": "m"}, "fine.msh")
+    assert mesh('bodies.upper.mesh={builder="block"}') == ({"builder": "block"}, None)
+
+
+def test_a_file_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + TWO.read_bytes())
+    assert read_case(path).title == read_case(TWO).title
 
 
 def test_variants_change_the_case_and_its_expectations():

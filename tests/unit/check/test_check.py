@@ -9,7 +9,6 @@ from contactfem.case.obstacles import Circle, Plane
 from contactfem.case.read import read_case
 from contactfem.check.check import check_case, describe, held, outlines
 from contactfem.check.initial_gaps import obstacle_gap, surface_gap
-from contactfem.check.plausibility import pieces
 from contactfem.check.resolved_values import listing
 from contactfem.errors import CaseError
 from contactfem.meshes import MeshData
@@ -164,14 +163,12 @@ def test_a_mesh_file_is_looked_into(with_file):
 
 def test_a_mesh_in_pieces_is_doubted(with_file):
     data = read_case(TWO).bodies["upper"].mesh.build()
-    assert pieces(data) == 1
     apart = MeshData(
         np.concatenate((data.points, data.points + 1.0)),
         np.concatenate((data.cells, data.cells + len(data.points))),
         data.cell_type,
         data.groups,
     )
-    assert pieces(apart) == 2
     assert " pieces;" not in check_case(read_case(with_file, [FROM_FILE]))
     write_msh(apart, with_file.parent / "upper.msh")
     warning = "WARNING: in 2 pieces; 'body' takes one group of cells of a file"

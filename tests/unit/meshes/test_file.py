@@ -14,6 +14,7 @@ from contactfem.meshes import readers
 from contactfem.meshes.data import jacobians
 from contactfem.meshes.file import MeshFile
 from contactfem.meshes.gmsh_session import gmsh_session
+from contactfem.meshes.raw import corners
 
 
 def read(path: Path, **more: Any) -> MeshFile:
@@ -65,16 +66,34 @@ def test_one_body_of_a_gmsh_file(
     np.testing.assert_allclose(base, np.c_[np.linspace(0, 2, 4), 4 * [bottom]] * 1e-3, atol=1e-15)
 
 
-def test_body_is_needed_where_there_are_two(write: Callable[..., Path]) -> None:
-    with pytest.raises(MeshError, match=r"two.msh: a body needs cells of one kind.*triangle, quad"):
-        read(write()).build()
+def test_two_bodies_in_one_file(write: Callable[..., Path]) -> None:
+    """Without a name both are one body, of triangles, in two pieces: both is said."""
+    both = read(write())
+    assert len(both.build().cells) == 2 * 9 + 2 * 9
+    assert both.read.doubts == ("in 2 pieces; 'body' takes one group of cells of a file",)
+    assert both.read.notes == (
+        "the cells, 18 triangles and 9 quadrilaterals, are split into triangles: "
+        "a body has cells of one kind",
+    )
     with pytest.raises(MeshError, match="no group of cells 'middle'; there are: lower, upper"):
         read(write(), body="middle").build()
 
 
-def test_second_order_and_tilted_meshes_are_refused(write: Callable[..., Path]) -> None:
-    with pytest.raises(MeshError, match="first order"):
-        read(write(order=2)).build()
+@pytest.mark.parametrize("order", [2, 3])
+def test_corners_of_cells_of_higher_order(write: Callable[..., Path], order: int) -> None:
+    """The mesh of the corners is that of first order."""
+    curved = read(write(order=order), body="lower")
+    data, plain = curved.build(), read(write(), body="lower").build()
+    assert curved.read.notes == (
+        "27 cells of the file are of second or higher order: their corners are taken, edges are "
+        "straight in between",
+    )
+    assert len(data.points) == len(plain.points)
+    assert jacobians(data.points, data.cells, "quadrilateral").sum() == pytest.approx(16e-6)
+    assert {n: len(f) for n, f in data.groups.items()} == {"lower base": 3, "70": 3}
+
+
+def test_tilted_meshes_are_refused(write: Callable[..., Path]) -> None:
     with pytest.raises(MeshError, match="plane of constant z"):
         read(write(tilt=0.3), body="lower").build()
 
@@ -189,12 +208,89 @@ def test_facets_inside_the_body_are_no_surface(tmp_path: Path) -> None:
         read(tmp_path / "cut.vtu").build()
 
 
-def test_cells_that_are_no_lists_of_vertices(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As meshio reads them from some broken Abaqus files."""
-    (tmp_path / "mesh.inp").write_text("")
-    raw = readers.RawMesh(np.zeros((3, 3)), {"triangle": np.arange(3)}, {})
-    monkeypatch.setattr("contactfem.meshes.file.read_mesh", lambda path: raw)
-    with pytest.raises(MeshError, match="triangle cells of the file are not lists of vertices"):
-        read(tmp_path / "mesh.inp").build()
+def test_cells_that_are_no_lists_of_vertices() -> None:
+    """As meshio reads them from some broken files."""
+    for rows in (np.arange(3), np.arange(4).reshape(2, 2)):
+        with pytest.raises(MeshError, match="triangle cells of the file are not lists of vertices"):
+            corners("triangle", rows)
+
+
+def test_cells_of_two_groups_in_format_2(tmp_path: Path) -> None:
+    """gmsh writes such a cell once for each of its groups."""
+    quads = [[1, 2, 5, 4], [2, 3, 6, 5]]
+    rows = [(3, tag, tag, *quad) for tag in (1, 2) for quad in quads] + [(1, 7, 7, 1, 2)]
+    elements = [
+        f"{k} {kind} 2 {rest}"
+        for k, (kind, rest) in enumerate(
+            ((row[0], " ".join(map(str, row[1:]))) for row in rows), start=1
+        )
+    ]
+    points = [f"{k} {x:g} {y:g} {z:g}" for k, (x, y, z) in enumerate(POINTS, start=1)]
+    names = ['2 1 "plate"', '2 2 "all"', '1 7 "foot"']
+    text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+    for title, part in (("PhysicalNames", names), ("Nodes", points), ("Elements", elements)):
+        text += "\n".join([f"${title}", str(len(part)), *part, f"$End{title}"]) + "\n"
+    (tmp_path / "two.msh").write_text(text)
+    for body in ("plate", None):
+        mesh = read(tmp_path / "two.msh", body=body)
+        assert len(mesh.build().cells) == 2
+        np.testing.assert_array_equal(mesh.build().groups["foot"], [[0, 1]])
+    assert mesh.read.notes == ("2 cells are there twice, as those of two groups are: taken once",)
+
+
+def test_group_names_of_a_med_file(tmp_path: Path) -> None:
+    """Families have names: one of two groups, and groups of nodes alone."""
+    mesh = meshio.Mesh(
+        POINTS,
+        [QUADS, ("line", np.array([[0, 1], [1, 2], [2, 5]]))],
+        cell_data={"cell_tags": [np.array([-1, -1]), np.array([-2, -3, -4])]},
+        point_data={"point_tags": np.array([0, 0, 0, 1, 1, 2])},
+    )
+    mesh.cell_tags = {-1: ["plate"], -2: ["foot"], -3: ["foot", "right half"], -4: ["right half"]}
+    mesh.point_tags = {1: ["top"], 2: ["top", "corner"]}
+    mesh.write(tmp_path / "salome.med")
+    data = read(tmp_path / "salome.med", unit="m", body="plate").build()
+    assert {name: facets.tolist() for name, facets in data.groups.items()} == {
+        "foot": [[0, 1], [1, 2]],
+        "right half": [[1, 2], [2, 5]],
+        "top": [[5, 4], [4, 3]],
+    }
+
+
+def test_whole_numbers_with_a_point(tmp_path: Path) -> None:
+    """As ParaView writes them; those with a fraction are no groups."""
+    lines = ("line", np.array([[0, 1], [1, 2]]))
+    data = {"part": [np.array([9.0, 9.0]), np.array([1.0, 2.0])]}
+    data |= {"size": [np.array([0.5, 1.0]), np.array([1.0, 1.5])]}
+    meshio.Mesh(POINTS, [QUADS, lines], cell_data=data).write(tmp_path / "plate.vtu")
+    found = read(tmp_path / "plate.vtu", unit="m").build()
+    assert {n: f.tolist() for n, f in found.groups.items()} == {"1": [[0, 1]], "2": [[1, 2]]}
+
+
+@pytest.mark.parametrize("suffix", ["unv", "bdf"])
+def test_universal_and_nastran_files(tmp_path: Path, suffix: str) -> None:
+    """Groups of the one have names, of the other numbers of properties."""
+    with gmsh_session() as gmsh:
+        square = gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
+        gmsh.model.occ.synchronize()
+        sides = [tag for _, tag in gmsh.model.getBoundary([(2, square)], oriented=False)]
+        gmsh.model.addPhysicalGroup(2, [square], tag=1, name="plate")
+        gmsh.model.addPhysicalGroup(1, [sides[0]], tag=12, name="foot")
+        gmsh.model.mesh.generate(2)
+        gmsh.option.setNumber("Mesh.SaveElementTagType", 2)
+        gmsh.write(str(tmp_path / f"plate.{suffix}"))
+    data = read(tmp_path / f"plate.{suffix}", body="plate" if suffix == "unv" else "1").build()
+    area = 0.5 * jacobians(data.points, data.cells, data.cell_type).sum()
+    assert area == pytest.approx(2e-6, rel=1e-5)
+    foot = data.surface("foot" if suffix == "unv" else "12").X
+    np.testing.assert_allclose(foot[:, 1], 0.0, atol=1e-12)
+    assert np.ptp(foot[:, 0]) == pytest.approx(2e-3)
+
+
+def test_a_body_by_a_set_of_nodes(tmp_path: Path) -> None:
+    """Its cells are those all of whose vertices are in the set."""
+    mesh = meshio.Mesh(POINTS, [QUADS], point_sets={"left": [0, 1, 3, 4], "foot": [0, 1, 2]})
+    mesh.write(tmp_path / "plate.inp")
+    data = read(tmp_path / "plate.inp", unit="m", body="left").build()
+    assert len(data.cells) == 1
+    np.testing.assert_array_equal(data.groups["foot"], [[0, 1]])
