@@ -19,7 +19,7 @@ from matplotlib.tri import Triangulation
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats
-from contactfem.output.figures.deformation import cell_edges, triangles
+from contactfem.geometry.cells import cell_edges, triangles
 from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files
 from contactfem.output.figures.style import BLUE, GREEN, GREY, INK, RED, STYLE
 from contactfem.results.data import BodyPicture

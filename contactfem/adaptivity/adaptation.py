@@ -9,13 +9,18 @@ from mpi4py import MPI
 
 from contactfem.adaptivity.anisotropic_layers import mechanical_cells, thermal_cells
 from contactfem.adaptivity.body_recovery import BodyErrors
-from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, NewSizes, ShorterStep
+from contactfem.adaptivity.decisions import (
+    Advance,
+    Decision,
+    Lasting,
+    NewSizes,
+    RemeshAndRepeat,
+    RepeatStep,
+)
 from contactfem.adaptivity.estimators import FluxEstimator, StressEstimator, total
 from contactfem.adaptivity.mesh_decision import CellLimits, Lifetime, MeshChoice, choose_meshes
 from contactfem.adaptivity.policies import (
-    AcceptStep,
     MeshPolicy,
-    RepeatStep,
     StepPolicy,
     TimedStep,
     TimeReport,
@@ -25,7 +30,7 @@ from contactfem.adaptivity.recovery.time import time_error
 from contactfem.case.schema import Case
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.observables import observed
 from contactfem.discretisation.state import State
@@ -116,7 +121,7 @@ class Adaptation:
         conditions: Sequence[Conditions],
         heat: HeatOutcome | None,
         t: float,
-    ) -> NewMeshes | ShorterStep | Accept:
+    ) -> Decision:
         """Decide about a step that was solved; collective, the same on all ranks.
 
         Args:
@@ -129,13 +134,13 @@ class Adaptation:
             The decision.
         """
         if t <= self.settings.start * (1.0 + 1e-12):
-            return Accept(None, self._report({}, None))
+            return Advance(None, self._report({}, None))
         theta = None if heat is None else heat.solution.theta
         with self.timers.book("estimate"):
             if heat is not None and not self._counts(heat):
                 heat = None
             timed = self._judge_step(state, heat, t)  # first: it costs next to nothing
-            if isinstance(timed, ShorterStep):
+            if isinstance(timed, RepeatStep):
                 self._now.repeats += 1
                 self._now.first = None
                 if timed.back > 1:
@@ -144,9 +149,9 @@ class Adaptation:
             found, sizes = self._judge_meshes(conditions, heat, t, t - state.t)
             change = self._change(conditions, theta, t, again=sizes is not None)
         if sizes is not None:
-            return NewMeshes(sizes)
+            return RemeshAndRepeat(sizes)
         dt, eta_time = timed
-        return Accept(dt, self._report(found, eta_time, change))
+        return Advance(dt, self._report(found, eta_time, change))
 
     def _change(
         self,
@@ -282,7 +287,7 @@ class Adaptation:
 
     def _judge_step(
         self, state: State, heat: HeatOutcome | None, t: float
-    ) -> ShorterStep | tuple[float | None, float | None]:
+    ) -> RepeatStep | tuple[float | None, float | None]:
         """Decide about the length of the step: shorter, or the next length and the error."""
         tolerance, thermal = self.settings.for_time(), self._discretisation.heat
         if tolerance is None or heat is None or thermal is None or not self.repeats:
@@ -309,8 +314,7 @@ class Adaptation:
         decision = decide_step(report, policy)
         self._now.decisions.append(f"time: {decision.reason}")
         if isinstance(decision, RepeatStep):
-            return ShorterStep(decision.dt, decision.back)
-        assert isinstance(decision, AcceptStep)
+            return decision
         return decision.dt, newer.eta
 
     def _report(

@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 
 from contactfem.adaptivity.body_recovery import BodyErrors
 from contactfem.adaptivity.mesh_decision import BodyCells
-from contactfem.adaptivity.sizes import thicknesses
 from contactfem.case.schema import Case
 from contactfem.common.typing import Ints
+from contactfem.geometry.cells import thicknesses
 from contactfem.meshes.layers import Layers
 
 ROWS = 3  # of regular cells, behind which those that are not disturb pressures little

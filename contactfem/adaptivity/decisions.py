@@ -1,4 +1,4 @@
-"""What may become of a step that was solved: new meshes, another length, or the next step."""
+"""The fate of a step: advance, repeat, remesh and repeat, or give up."""
 
 import math
 from collections.abc import Mapping
@@ -20,26 +20,52 @@ class NewSizes:
 
 
 @dataclass(frozen=True)
-class NewMeshes:
+class Advance:
+    """Accept the step and go on.
+
+    Attributes:
+        dt: Length of the next step [s]; None leaves it to Newton's method.
+        errors: Errors of the accepted step; None where none are estimated.
+        within: Whether its error is within the tolerance.
+        reason: Why, for people.
+    """
+
+    dt: float | None
+    errors: ErrorStep | None = None
+    within: bool = True
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class RepeatStep:
+    """Go back to the start of the last one or two steps, and on with another length.
+
+    Attributes:
+        dt: Length of the step [s].
+        back: Steps to go back: the present one, or also the one before it.
+        reason: Why, for people.
+    """
+
+    dt: float
+    back: int = 1
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class RemeshAndRepeat:
     """Take the step again on meshes of these sizes."""
 
     sizes: NewSizes
 
 
 @dataclass(frozen=True)
-class ShorterStep:
-    """Go back by one or two steps and on with this length [s]."""
+class GiveUp:
+    """End the run: no smaller step is allowed."""
 
-    dt: float
-    back: int
+    reason: str
 
 
-@dataclass(frozen=True)
-class Accept:
-    """Go on with a step of this length [s]; None to leave it to Newton's method."""
-
-    dt: float | None
-    errors: ErrorStep | None
+Decision = Advance | RepeatStep | RemeshAndRepeat
 
 
 @dataclass(frozen=True)
@@ -91,6 +117,3 @@ class Lasting:
             {**self.life, **ends},
             {**self.gained, **gained},
         )
-
-
-Verdict = NewMeshes | ShorterStep | Accept

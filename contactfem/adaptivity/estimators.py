@@ -25,15 +25,15 @@ from contactfem.adaptivity.recovery.interface import (
 from contactfem.adaptivity.recovery.norms import elastic_compliance, sample_points
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.fem.compat import CellExpression
 from contactfem.fem.gathered_mesh import MeshView
+from contactfem.fem.vertex_values import VertexValues
 from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange
 from contactfem.mechanics.body import BodyProblem
 from contactfem.results.relative_error import RelativeError
-from contactfem.transfer.volume import VertexValues
 
 PLANE = (0, 1, 2, 3)  # xx, yy, zz, xy of the six stress components
 TOUCHED = 0.5  # share of the nonmortar nodes opposite that make a mortar node active

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from contactfem.adaptivity.decisions import Advance, RepeatStep
 from contactfem.results.relative_error import error_ratio
 
 
@@ -125,24 +126,6 @@ class TimeReport:
     repeats: int
 
 
-@dataclass(frozen=True)
-class AcceptStep:
-    """Go on with a step of this length [s]; `within` tells whether the error is tolerable."""
-
-    dt: float
-    within: bool
-    reason: str
-
-
-@dataclass(frozen=True)
-class RepeatStep:
-    """Go back to the start of the last one or two steps, and on with a step of this length [s]."""
-
-    dt: float
-    back: int
-    reason: str
-
-
 def decide_mesh(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     """Keep a mesh or replace it: by a finer one if its error is too large and limits allow it.
 
@@ -172,7 +155,7 @@ def decide_mesh(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     return Remesh(f"{change} saves {gain:.2g} steps of work, a new mesh costs {policy.cost:.2g}")
 
 
-def decide_step(report: TimeReport, policy: StepPolicy) -> AcceptStep | RepeatStep:
+def decide_step(report: TimeReport, policy: StepPolicy) -> Advance | RepeatStep:
     """Accept a step or go back and take a smaller one, and choose the length of the next one.
 
     h_new = h (safety · tolerance / error)^(1/order), with errors as ratios ‖e‖/‖v‖, within limits.
@@ -200,11 +183,13 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> AcceptStep | RepeatSt
         if newer.dt < dt and (report.repeats or dt < policy.least_growth * newer.dt):
             dt = newer.dt
         dt = min(max(dt, policy.smallest), policy.largest)
-        return AcceptStep(dt, True, f"{found}: the next step is {dt:.3g} s")
+        return Advance(dt, reason=f"{found}: the next step is {dt:.3g} s")
     if wrong.dt <= shortest:
-        return AcceptStep(newer.dt, False, f"{found} with the smallest step")
+        reason = f"{found} with the smallest step"
+        return Advance(newer.dt, within=False, reason=reason)
     if report.repeats >= policy.most_repeats:
-        return AcceptStep(newer.dt, False, f"{found} after {report.repeats} repetitions")
+        reason = f"{found} after {report.repeats} repetitions"
+        return Advance(newer.dt, within=False, reason=reason)
     dt = max(_wanted(wrong, policy), policy.smallest)
     return RepeatStep(dt, back, f"{found}: back by {back} and on with {dt:.3g} s")
 

@@ -14,14 +14,15 @@ from contactfem.adaptivity.anisotropic_layers import flat_cells, regular_rows
 from contactfem.adaptivity.decisions import NewSizes
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import History
+from contactfem.contact.state import History
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.meshes import GivenMeshes
 from contactfem.discretisation.state import State, initial_state
 from contactfem.errors import CaseError
+from contactfem.fem.vertex_values import VertexValues
 from contactfem.heat.body import HeatBody
 from contactfem.heat.ringing import Increments
-from contactfem.laws.complementarity import Trial
+from contactfem.laws.active_set import Trial
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mechanics.condensed import Interface
 from contactfem.mechanics.elements import cell_size
@@ -29,7 +30,8 @@ from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import size_field
 from contactfem.transfer.lumped_projection import Projection
-from contactfem.transfer.volume import SurfaceTransfer, VertexValues, VolumeTransfer
+from contactfem.transfer.surface import SurfaceTransfer
+from contactfem.transfer.volume import VolumeTransfer
 
 if TYPE_CHECKING:
     from contactfem.thermomechanics.thermal_problem import Thermal

@@ -10,10 +10,10 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
 from contactfem.common.typing import Floats, Ints
+from contactfem.geometry.cells import DENSITY, cell_areas
 from contactfem.meshes.size_field import flat_lengths
 from contactfem.results.relative_error import RelativeError
 
-DENSITY = {3: 4.0 / np.sqrt(3.0), 4: 1.0}  # cells of size h in an area h², by their vertices
 DIMENSION = 2
 DIGITS = 2.0**20  # parts of a power of two that sizes are rounded to
 
@@ -43,35 +43,6 @@ class SizeLimits:
     def lengths(self, sizes: Floats) -> Floats:
         """Lengths of cells along surfaces [m] from sizes at the vertices [m], (n,)."""
         return flat_lengths(sizes, self.aspect, self.longest)
-
-
-def cell_sizes(points: Floats, cells: Ints) -> Floats:
-    """Sizes of cells.
-
-    Args:
-        points: Vertices of the mesh [m], shape (n, 2).
-        cells: Triangles or quadrilaterals (in dolfinx's order), shape (m, 3 or 4).
-
-    Returns:
-        h [m], shape (m,).
-    """
-    return np.asarray(np.sqrt(DENSITY[cells.shape[1]] * _areas(points, cells)))
-
-
-def thicknesses(points: Floats, cells: Ints) -> Floats:
-    """Sizes of flat cells: edges of equilateral triangles, or of squares, that are as thick.
-
-    Args:
-        points: Vertices of the mesh [m], shape (n, 2).
-        cells: Triangles or quadrilaterals (in dolfinx's order), shape (m, 3 or 4).
-
-    Returns:
-        h [m], shape (m,).
-    """
-    ring = cells if cells.shape[1] == 3 else cells[:, [0, 1, 3, 2]]
-    edges = points[np.roll(ring, -1, axis=1)] - points[ring]
-    longest = np.linalg.norm(edges, axis=2).max(axis=1)
-    return np.asarray(DENSITY[cells.shape[1]] * _areas(points, cells) / longest)
 
 
 def goal(found: RelativeError, tolerance: float) -> float:
@@ -205,7 +176,7 @@ def predicted_cells(points: Floats, cells: Ints, sizes: Floats, limits: SizeLimi
         The number.
     """
     density = np.mean(1.0 / (sizes * limits.lengths(sizes))[cells], axis=1)
-    return float(DENSITY[cells.shape[1]] * _areas(points, cells) @ density)
+    return float(DENSITY[cells.shape[1]] * cell_areas(points, cells) @ density)
 
 
 def predicted_error(
@@ -232,17 +203,9 @@ def _scaled(sizes: Floats, errors: Floats, mean: float, exponent: float) -> Floa
         return np.asarray(sizes * (mean / np.sqrt(errors)) ** (1.0 / exponent))
 
 
-def _areas(points: Floats, cells: Ints) -> Floats:
-    """Half the cross product of the diagonals; a triangle repeats its last vertex."""
-    order = [0, 1, 2, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
-    a, b, c, d = (points[cells[:, i]] for i in order)
-    p, q = c - a, d - b
-    return np.asarray(0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]))
-
-
 def _nodal(points: Floats, cells: Ints, sizes: Floats) -> Floats:
     """Sizes at vertices from those of cells: means of 1/h², so that the number of cells stays."""
-    area, k = _areas(points, cells), cells.shape[1]
+    area, k = cell_areas(points, cells), cells.shape[1]
     index, n = cells.ravel(), len(points)
     count = np.bincount(index, np.repeat(area / sizes**2, k), n)
     return np.asarray(np.sqrt(np.bincount(index, np.repeat(area, k), n) / count))

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from contactfem.case.scene import Interface
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Floats
+from contactfem.geometry.facets import line_lengths
 from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
 
@@ -48,10 +49,10 @@ def constants(
     Returns:
         The constants.
     """
-    lengths = facet_lengths(nonmortar.X, nonmortar.facets)
+    lengths = line_lengths(nonmortar.X, nonmortar.facets)
     ends = nonmortar.facets.ravel()
     h = np.bincount(ends, np.repeat(lengths, 2)) / np.bincount(ends)
-    h_mortar = 0.0 if mortar is None else float(facet_lengths(mortar.X, mortar.facets).mean())
+    h_mortar = 0.0 if mortar is None else float(line_lengths(mortar.X, mortar.facets).mean())
     c = contact_scale(h, moduli[0], h_mortar, np.inf if mortar is None else moduli[1])
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
@@ -67,7 +68,7 @@ def search_radius(interface: Interface, nonmortar: Surface) -> float:
         nonmortar: Its nonmortar surface.
     """
     extent = float(np.hypot(*np.ptp(nonmortar.X, axis=0)))
-    longest = float(facet_lengths(nonmortar.X, nonmortar.facets).max())
+    longest = float(line_lengths(nonmortar.X, nonmortar.facets).max())
     return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * longest)
 
 
@@ -91,14 +92,3 @@ def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
     if friction and friction.penalty is not None:
         c_T = np.full_like(c, friction.penalty)
     return np.asarray(1.0 / epsilon), np.asarray(1.0 / c_T)
-
-
-def facet_lengths(X: Floats, facets: Ints) -> Floats:
-    """Lengths of facets [m], (k,).
-
-    Args:
-        X: Positions [m], (n, 2).
-        facets: Their nodes, (k, 2).
-    """
-    edge = X[facets[:, 1]] - X[facets[:, 0]]
-    return np.asarray(np.hypot(edge[:, 0], edge[:, 1]))

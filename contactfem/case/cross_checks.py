@@ -10,8 +10,8 @@ from contactfem.case.base import AXES
 from contactfem.case.conflicting_conditions import contradictions
 from contactfem.case.element_choice import SIMPLICES
 from contactfem.case.heat_checks import broken_heat
-from contactfem.case.overrides import nearest
 from contactfem.case.scene import IN_VOLUME
+from contactfem.common.text import nearest
 from contactfem.meshes import MeshFile
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from contactfem.case.overrides import nearest
+from contactfem.common.text import nearest
 from contactfem.errors import one_line
 
 # what people write, and what it is called here

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from contactfem.case.overrides import nearest
+from contactfem.common.text import nearest
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.meshes import MeshFile
 

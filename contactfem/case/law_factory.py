@@ -1,10 +1,17 @@
 """Which friction law an interface has."""
 
-from contactfem.case.interface_laws import Friction
+from collections.abc import Callable
+
+import numpy as np
+
+from contactfem.case.interface_laws import Friction, InterfaceHeat
 from contactfem.case.schema import Case
 from contactfem.common import user_function as functions
+from contactfem.common.typing import Floats
+from contactfem.common.user_function import is_reference, reference
 from contactfem.errors import CaseError
-from contactfem.laws.complementarity import (
+from contactfem.laws.conductance import Conductance, ConductanceLaw, Constant, GasGap, PowerLaw
+from contactfem.laws.friction import (
     Coulomb,
     FrictionLaw,
     GivenFriction,
@@ -36,3 +43,31 @@ def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:
         table = friction.coefficient_table
         return VariableCoulomb(table.variable, table.table)
     return Coulomb(friction.coefficient or 0.0)
+
+
+def conductance_law(case: Case, heat: InterfaceHeat) -> ConductanceLaw | None:
+    """Conductance law of an interface of a case; None where no heat passes.
+
+    Raises:
+        CaseError: A user's law that cannot be loaded.
+    """
+    if heat.law == "pressure":
+        return PowerLaw(heat.conductance or 0.0, heat.hardness or 0.0, heat.exponent or 0.0)
+    if heat.law == "constant":
+        return Constant(heat.conductance or 0.0)
+    if heat.law == "gas":
+        return GasGap(heat.gas_conductivity or 0.0, heat.gas_distance or 0.0)
+    if is_reference(heat.law):
+        return _users_law(reference(heat.law).load(case.path.parent))
+    return None
+
+
+def _users_law(function: Callable[[Floats, Floats], Floats]) -> ConductanceLaw:
+    """A user's h(p, g) as a law; its slopes, which nothing here needs, are not known."""
+
+    def law(pressure: Floats, gap: Floats) -> Conductance:
+        h = np.broadcast_to(np.asarray(function(pressure, gap), np.float64), pressure.shape)
+        unknown = np.full_like(h, np.nan)
+        return Conductance(h, unknown, unknown)
+
+    return law

@@ -2,9 +2,9 @@
 
 import json
 import tomllib
-from difflib import get_close_matches
 from typing import Any
 
+from contactfem.common.text import nearest
 from contactfem.errors import CaseError
 
 Raw = dict[str, Any]
@@ -72,14 +72,6 @@ def with_variant(raw: Raw, name: str) -> Raw:
         raw = _merged(raw, _nested(key, value, where), where)
     base = raw.get("expect", {}) if keep else {}
     return {**raw, "expect": {**base, **expect} if isinstance(base, dict) else base}
-
-
-def nearest(name: str, names: list[str]) -> str:
-    """Hint at the nearest of some names, or all of them where none is near."""
-    near = get_close_matches(name, names, n=1)
-    if near:
-        return f"; did you mean '{near[0]}'?"
-    return f"; known: {', '.join(names[:12])}" if names else ""
 
 
 def _nested(key: str, value: Any, where: str) -> Raw:

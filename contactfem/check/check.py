@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from contactfem.case.element_choice import describe_element
-from contactfem.case.overrides import nearest
 from contactfem.case.scene import Interface, Material
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
@@ -16,6 +15,7 @@ from contactfem.check.initial_gaps import obstacle_gap, surface_gap
 from contactfem.check.interface_summary import interface_facts
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
+from contactfem.common.text import nearest
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering
 from contactfem.errors import CaseError, MeshError, one_line

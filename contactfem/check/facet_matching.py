@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.case.contact_parameters import facet_lengths
 from contactfem.common.typing import Floats, Ints
+from contactfem.geometry.facets import line_lengths
 from contactfem.meshes.data import Surface
 
 NEAR = 1.0  # facet lengths further apart than at the closest place that still count as touching
@@ -34,7 +34,7 @@ def match(nonmortar: Surface, mortar: Surface) -> Match | None:
     Returns:
         The comparison; None where they nowhere face each other.
     """
-    h, h_mortar = (facet_lengths(s.X, s.facets) for s in (nonmortar, mortar))
+    h, h_mortar = (line_lengths(s.X, s.facets) for s in (nonmortar, mortar))
     other, distance = _nearest(_middles(nonmortar), _normals(nonmortar), mortar)
     if not np.isfinite(distance).any():
         return None
@@ -45,7 +45,7 @@ def match(nonmortar: Surface, mortar: Surface) -> Match | None:
 
 def _edges(nonmortar: Surface, mortar: Surface, ends: Ints) -> Floats:
     """Those of some mortar nodes that touch the nonmortar side away from its own ends."""
-    h = facet_lengths(nonmortar.X, nonmortar.facets)
+    h = line_lengths(nonmortar.X, nonmortar.facets)
     a, b = (nonmortar.X[nonmortar.facets[:, k]] for k in (0, 1))
     inner = np.bincount(nonmortar.facets.ravel())[nonmortar.facets] > 1
     along, out = (b - a) / h[:, None], _normals(nonmortar)

@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from contactfem.case.contact_parameters import constants, facet_lengths
+from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
 from contactfem.check.facet_matching import match
 from contactfem.common.unit_display import scale_for
 from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.geometry.facets import line_lengths
 from contactfem.meshes.data import Surface
 
 FINER = 1.5  # mortar facets over nonmortar ones from which pressures show the mortar side's corners
@@ -81,7 +82,7 @@ def _hints(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterato
 
 def _facets(surface: Surface) -> str:
     """Number and length of the facets."""
-    lengths = facet_lengths(surface.X, surface.facets)
+    lengths = line_lengths(surface.X, surface.facets)
     scale = scale_for(float(lengths.max()), "m")
     return f"{len(lengths)} of {_range(lengths / scale.factor)} {scale.label}"
 

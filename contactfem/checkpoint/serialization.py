@@ -9,9 +9,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from contactfem.checkpoint.archive import Tree
-from contactfem.contact.conditions import Conditions, History, Operators, relative_motion
+from contactfem.contact.conditions import relative_motion
 from contactfem.contact.slip import Motion
-from contactfem.laws.complementarity import Limit, Trial
+from contactfem.contact.state import Conditions, History, Operators
+from contactfem.laws.active_set import Trial
+from contactfem.laws.friction import Limit
 
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange

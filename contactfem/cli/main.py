@@ -193,7 +193,7 @@ def _folders(path: Path) -> list[Path]:
     Raises:
         CaseError: there is neither.
     """
-    from contactfem.case.overrides import nearest
+    from contactfem.common.text import nearest
 
     if path.is_dir():
         return [path]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 
 
 def defects(c: Conditions) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """What is reported of barely covered nodes, whose multiplier has lost its digits."""
 
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 
 BARELY = 1e-3  # cover below which the multiplier has lost its digits
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.conditions import Conditions, Contact
-from contactfem.laws.complementarity import Status
-from contactfem.mortar.interface_mesh import NormalField
+from contactfem.contact.conditions import Contact
+from contactfem.contact.state import Conditions
+from contactfem.laws.active_set import Status
+from contactfem.mortar.normals import NormalField
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.mortar.segments import differentiated
 from contactfem.mortar.sparse import Sparse, Triplets, joined

@@ -1,29 +1,31 @@
 """From a case and its mechanical discretisation to the heat side of the run."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.case.interface_laws import InterfaceHeat
+from contactfem.case.law_factory import conductance_law
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
-from contactfem.common.user_function import FunctionRef, is_reference, reference
+from contactfem.common.user_function import FunctionRef
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad, PlaceTime
-from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw, HeatNodes
+from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
+from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.heat.system import HeatSystem, HeldTemperature
 from contactfem.heat.time_schemes import scheme
-from contactfem.laws.conductance import Conductance, ConductanceLaw, Constant, GasGap, PowerLaw
 from contactfem.mechanics.body import BodyProblem
-from contactfem.mechanics.interface_nodes import BodySide, RigidSide
-from contactfem.thermomechanics.thermal_problem import BodyLink, InterfaceLink, Thermal
-from contactfem.transfer.volume import SurfaceTransfer
+from contactfem.mortar.sides import BodySide, RigidSide
+from contactfem.thermomechanics.body_transfer import BodyLink
+from contactfem.thermomechanics.interface_transfer import InterfaceLink
+from contactfem.thermomechanics.thermal_problem import Thermal
+from contactfem.transfer.surface import SurfaceTransfer
 
 HELD = 1.0 - 1e-9  # share of the mechanical nodes around a thermal one that are held
 
@@ -188,31 +190,3 @@ def _interface(
         rubs=interface.friction is not None,
         surface=mechanical,
     )
-
-
-def conductance_law(case: Case, heat: InterfaceHeat) -> ConductanceLaw | None:
-    """Conductance law of an interface of a case; None where no heat passes.
-
-    Raises:
-        CaseError: A user's law that cannot be loaded.
-    """
-    if heat.law == "pressure":
-        return PowerLaw(heat.conductance or 0.0, heat.hardness or 0.0, heat.exponent or 0.0)
-    if heat.law == "constant":
-        return Constant(heat.conductance or 0.0)
-    if heat.law == "gas":
-        return GasGap(heat.gas_conductivity or 0.0, heat.gas_distance or 0.0)
-    if is_reference(heat.law):
-        return _users_law(reference(heat.law).load(case.path.parent))
-    return None
-
-
-def _users_law(function: Callable[[Floats, Floats], Floats]) -> ConductanceLaw:
-    """A user's h(p, g) as a law; its slopes, which nothing here needs, are not known."""
-
-    def law(pressure: Floats, gap: Floats) -> Conductance:
-        h = np.broadcast_to(np.asarray(function(pressure, gap), np.float64), pressure.shape)
-        unknown = np.full_like(h, np.nan)
-        return Conductance(h, unknown, unknown)
-
-    return law

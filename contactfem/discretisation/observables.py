@@ -7,7 +7,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.results.data import Observed
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions, History
+from contactfem.contact.state import Conditions, History
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.heat.ringing import Increments
-from contactfem.laws.complementarity import Trial
+from contactfem.laws.active_set import Trial
 
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange

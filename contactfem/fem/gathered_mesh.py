@@ -7,9 +7,9 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.adaptivity.sizes import cell_sizes
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh
+from contactfem.geometry.cells import cell_sizes
 from contactfem.meshes.data import MeshData, boundary_facets
 
 

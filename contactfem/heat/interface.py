@@ -6,19 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from mpi4py import MPI
-
 from contactfem.common.time_table import Table
-from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.fem.dof_numbering import Unknowns
-from contactfem.heat.body import HeatBody
+from contactfem.common.typing import Floats, Ints
+from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.laws.conductance import ConductanceLaw
-from contactfem.mechanics.interface_nodes import BodySide, RigidSide
-from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField, nodal_normals
-from contactfem.mortar.segments import Segments, cut, find_pairs
+from contactfem.mortar.normals import nodal_normals
+from contactfem.mortar.quadrature import IntegrationPoints, integration_points
+from contactfem.mortar.segments import cut, find_pairs
 from contactfem.results.data import SurfaceHeat
-
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(3)  # of each segment
 
 
 @dataclass(frozen=True)
@@ -72,112 +67,6 @@ class HeatInterfaceLaw:
     partition: float
     search_radius: float
     obstacle: Table | None = None
-
-
-@dataclass(frozen=True)
-class _Source:
-    """Owned vertices of one body on one side: their node numbers and dofs."""
-
-    body: int
-    node: Ints
-    dofs: Ints
-    displacement_dofs: Ints
-
-
-class HeatNodes:
-    """Nodes of both thermal surfaces, nonmortar first; the same numbers on all ranks.
-
-    Args:
-        bodies: All heat bodies.
-        unknowns: Their unknowns.
-        nonmortar: Nonmortar side.
-        mortar: Mortar side.
-        free: Components of each node that contact may move, (n, 2), for the normals.
-        axisymmetric: Whether the surfaces run around the axis x = 0.
-    """
-
-    def __init__(
-        self,
-        bodies: Sequence[HeatBody],
-        unknowns: Unknowns,
-        nonmortar: BodySide,
-        mortar: BodySide | RigidSide,
-        free: Bools,
-        axisymmetric: bool,
-    ) -> None:
-        self.comm, self._bodies = unknowns.comm, bodies
-        self._rigid = mortar if isinstance(mortar, RigidSide) else None
-        second = mortar if isinstance(mortar, RigidSide) else mortar.surface
-        n = len(nonmortar.surface.X)
-        X = np.vstack((nonmortar.surface.X, second.X))
-        facets = nonmortar.surface.facets, second.facets + n
-        directions = None if self._rigid is None else self._rigid.directions
-        self.mesh = InterfaceMesh(
-            n, *facets, X, free, axisymmetric=axisymmetric, directions=directions
-        )
-        self._sources = [_source(bodies[nonmortar.body], nonmortar, 0)]
-        if isinstance(mortar, BodySide):
-            self._sources.append(_source(bodies[mortar.body], mortar, n))
-        found = np.zeros(len(X), np.int64)
-        for source in self._sources:
-            found[source.node] += unknowns.numbering.unknown[source.body][source.dofs] + 1
-        self.unknown = self.comm.allreduce(found) - 1
-
-    @property
-    def is_rigid(self) -> bool:
-        """Whether the mortar side is an obstacle."""
-        return self._rigid is not None
-
-    @property
-    def is_of_body(self) -> Bools:
-        """Which nodes belong to a body, not to an obstacle, (n,)."""
-        count = self.mesh.n_nonmortar if self.is_rigid else len(self.mesh.X)
-        return np.asarray(np.arange(len(self.mesh.X)) < count)
-
-    def positions(self, t: float, ramp_end: float) -> Floats:
-        """Current positions of all nodes [m], (n, 2); collective.
-
-        Args:
-            t: Time, for the motion of an obstacle [s].
-            ramp_end: Time at which constant motions are reached [s].
-        """
-        u = np.zeros_like(self.mesh.X)
-        for source in self._sources:
-            u[source.node] = self._bodies[source.body].u.x.array[source.displacement_dofs]
-        self.comm.Allreduce(MPI.IN_PLACE, u)
-        if self._rigid is not None:
-            u[self.mesh.n_nonmortar :] = [v.at(t, ramp_end) for v in self._rigid.displacement]
-        return self.mesh.X + u
-
-    def gather(self, values: Sequence[Floats], obstacle: float) -> Floats:
-        """Nodal values of the bodies' local arrays, (n,) on all ranks; collective.
-
-        Args:
-            values: One array per body, flat over local dofs.
-            obstacle: Value of an obstacle's nodes.
-        """
-        found = np.zeros(len(self.mesh.X))
-        for source in self._sources:
-            found[source.node] = values[source.body][source.dofs]
-        self.comm.Allreduce(MPI.IN_PLACE, found)
-        if self._rigid is not None:
-            found[self.mesh.n_nonmortar :] = obstacle
-        return found
-
-    def scatter(self, values: Floats, parts: Sequence[Floats]) -> None:
-        """Add nodal values to the bodies' local arrays, each on the rank that owns the node."""
-        for source in self._sources:
-            parts[source.body][source.dofs] += values[source.node]
-
-
-def _source(body: HeatBody, side: BodySide, offset: int) -> _Source:
-    order = np.argsort(side.surface.vertices)
-    at = np.searchsorted(side.surface.vertices[order], body.vertices)
-    at = np.minimum(at, len(order) - 1)
-    owned = body.vertex_dofs[:, 0] < body.n_owned
-    here = owned & (side.surface.vertices[order[at]] == body.vertices)
-    dofs = body.vertex_dofs[here, 0]
-    return _Source(side.body, order[at[here]] + offset, dofs, 2 * dofs[:, None] + np.arange(2))
 
 
 class HeatInterface:
@@ -307,69 +196,3 @@ class HeatInterface:
         total = np.empty_like(values)
         self.nodes.comm.Allreduce(values, total)
         return total
-
-
-@dataclass(frozen=True)
-class IntegrationPoints:
-    """Integration points of segments.
-
-    Attributes:
-        nonmortar: Nodes of each segment's nonmortar facet, (s, 2).
-        mortar: Nodes of its mortar facet, (s, 2).
-        N: Nonmortar shape functions [-], (s, q, 2).
-        zeta: Mortar facet coordinate in [0, 1], (s, q).
-        gap: g [m], (s, q).
-        weight: Of the integration over the current surface [m], (s, q).
-    """
-
-    nonmortar: Ints
-    mortar: Ints
-    N: Floats
-    zeta: Floats
-    gap: Floats
-    weight: Floats
-
-    def values(self, nodal: Floats) -> Floats:
-        """Nonmortar nodal values at the points, (s, q)."""
-        return np.asarray(np.einsum("sqi,si->sq", self.N, nodal[self.nonmortar]))
-
-    def jump(self) -> tuple[Ints, Floats]:
-        """Nodes (s, 4), and the weights (s, q, 4) that make ϑ_nm - ϑ_m of their temperatures."""
-        z = self.zeta[:, :, None]
-        weights = np.concatenate((self.N, z - 1.0, -z), axis=2)
-        return np.hstack((self.nonmortar, self.mortar)), weights
-
-
-def integration_points(
-    mesh: InterfaceMesh, x: Floats, normals: NormalField, segments: Segments
-) -> IntegrationPoints:
-    """Three Gauss points in each segment.
-
-    Args:
-        mesh: The interface.
-        x: Current positions [m], (n, 2).
-        normals: Normal field that the segments were cut with.
-        segments: The segments.
-
-    Returns:
-        The points.
-    """
-    nonmortar = mesh.nonmortar[segments.facets[:, 0]]
-    mortar = mesh.mortar[segments.facets[:, 1]]
-    lo, hi = segments.span.T
-    xi = 0.5 * (lo + hi)[:, None] + 0.5 * (hi - lo)[:, None] * POINTS
-    N = np.stack((0.5 * (1.0 - xi), 0.5 * (1.0 + xi)), axis=2)
-    at = np.einsum("sqi,sik->sqk", N, x[nonmortar])
-    n = np.einsum("sqi,sik->sqk", N, normals.n[nonmortar])
-    c, edge = x[mortar[:, 0]][:, None], (x[mortar[:, 1]] - x[mortar[:, 0]])[:, None]
-    zeta = _cross(at - c, n) / _cross(edge, n)
-    gap = np.einsum("sqk,sqk->sq", c + zeta[:, :, None] * edge - at, n) / np.hypot(*n.T).T
-    length = np.hypot(*(x[nonmortar[:, 1]] - x[nonmortar[:, 0]]).T)
-    weight = WEIGHTS * (0.25 * (hi - lo) * length)[:, None]
-    if mesh.axisymmetric:
-        weight = weight * 2.0 * np.pi * at[:, :, 0]
-    return IntegrationPoints(nonmortar, mortar, N, zeta, gap, weight)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

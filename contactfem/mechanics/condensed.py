@@ -15,9 +15,10 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
-from contactfem.contact.conditions import Conditions, Contact, History
+from contactfem.contact.conditions import Contact
+from contactfem.contact.state import Conditions, History
 from contactfem.contact.tangent import Tangent, linearise
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
 from contactfem.mechanics.sparsity import Coupling

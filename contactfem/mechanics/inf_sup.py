@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Operators
+from contactfem.contact.state import Operators
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Interface
 from contactfem.mortar.operators import basis

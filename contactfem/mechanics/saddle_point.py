@@ -16,9 +16,9 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.conditions import Conditions, History
+from contactfem.contact.state import Conditions, History
 from contactfem.contact.tangent import Tangent, linearise
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.sparsity import Coupling, block_pattern

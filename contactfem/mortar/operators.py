@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.mortar.interface_mesh import Basis, InterfaceMesh, NormalField
+from contactfem.mortar.interface_mesh import Basis, InterfaceMesh
+from contactfem.mortar.normals import NormalField
 from contactfem.mortar.segments import Segments, entries
 from contactfem.mortar.sparse import Sparse
 

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from contactfem._kernels import ffi, lib
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.mortar.interface_mesh import InterfaceMesh, NormalField
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import NormalField
 from contactfem.mortar.sparse import Sparse
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap

@@ -8,9 +8,9 @@ from contactfem.contact.rim import rim_values
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import gather_vertex_values
-from contactfem.laws.complementarity import Status
+from contactfem.fem.nodal_average import nodal_average
+from contactfem.laws.active_set import Status
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.output.fields import nodal_average
 from contactfem.results.data import BodyPicture, InterfaceTable, SurfaceHeat
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from contactfem.common.typing import Floats, Ints
-from contactfem.laws.complementarity import Status as Status
+from contactfem.laws.active_set import Status as Status
 
 if TYPE_CHECKING:
     from contactfem.case.schema import Case

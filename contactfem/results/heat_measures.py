@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactfem.common.typing import Floats
-from contactfem.output.figures.deformation import cell_areas
+from contactfem.geometry.cells import cell_areas
 from contactfem.results.data import BodyPicture, HeatStep, InterfaceTable, StepReport
 
 if TYPE_CHECKING:

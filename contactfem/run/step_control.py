@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from contactfem.adaptivity.decisions import GiveUp, RepeatStep
+
 EASY_ITERATIONS = 8  # a solve with no more iterations than these is easy
 EASY_STEPS = 2  # easy solves in a row before the step grows
 
@@ -17,21 +19,7 @@ class StepLimits:
     max_cutbacks: int
 
 
-@dataclass(frozen=True)
-class Retry:
-    """Try again from the last good state with this step [s]."""
-
-    dt: float
-
-
-@dataclass(frozen=True)
-class GiveUp:
-    """No smaller step is allowed."""
-
-    reason: str
-
-
-def after_failure(dt: float, cutbacks: int, limits: StepLimits) -> Retry | GiveUp:
+def after_failure(dt: float, cutbacks: int, limits: StepLimits) -> RepeatStep | GiveUp:
     """What to do when a step failed: half of it, unless a limit is reached.
 
     Args:
@@ -52,7 +40,7 @@ def after_failure(dt: float, cutbacks: int, limits: StepLimits) -> Retry | GiveU
             f"the smallest step tried is {dt:g} s; "
             f"a smaller time.step_min than {limits.smallest:g} s allows more"
         )
-    return Retry(0.5 * dt)
+    return RepeatStep(0.5 * dt)
 
 
 def after_success(dt: float, iterations: Sequence[int], limits: StepLimits) -> float:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contactfem.adaptivity.decisions import Accept, Lasting, NewMeshes, ShorterStep, Verdict
+from contactfem.adaptivity.decisions import (
+    Advance,
+    Decision,
+    GiveUp,
+    Lasting,
+    RemeshAndRepeat,
+    RepeatStep,
+)
 from contactfem.case.schema import Case
 from contactfem.case.time_points import stops
 from contactfem.checkpoint.checkpointer import Keeper, Moment, Writing
@@ -21,10 +28,10 @@ from contactfem.contact.resultants import defects
 from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.observables import forces
 from contactfem.discretisation.state import State, initial_state
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, StepReport
-from contactfem.run.step_control import GiveUp, StepLimits, after_failure, after_success, clipped
+from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
@@ -120,7 +127,7 @@ class Loop:
                 decision = after_failure(step, cutbacks, self.limits)
                 if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
                     verdict = self._judge(heat, self.state.t + step)
-                    if isinstance(verdict, Accept):
+                    if isinstance(verdict, Advance):
                         break
                     self.dt, self.easy = self._again(verdict, self.dt), []
                     continue
@@ -176,16 +183,16 @@ class Loop:
         self.solver = solver
         self.heat = _HeatSide(self.case, heat, solver) if heat else None
 
-    def _judge(self, heat: HeatOutcome | None, t: float) -> Verdict:
+    def _judge(self, heat: HeatOutcome | None, t: float) -> Decision:
         """What becomes of a step that was solved; collective."""
         if self.adaptation is None:
-            return Accept(None, None)
+            return Advance(None, None)
         conditions = self.solver.conditions if self.solver is not None else []
         return self.adaptation.judge(self.state, conditions, heat, t)
 
-    def _again(self, verdict: NewMeshes | ShorterStep, dt: float) -> float:
+    def _again(self, verdict: RemeshAndRepeat | RepeatStep, dt: float) -> float:
         """Prepare to take the step again, on new meshes or with another length; returns that."""
-        if isinstance(verdict, NewMeshes):
+        if isinstance(verdict, RemeshAndRepeat):
             self._take_new_meshes(verdict)
             return dt
         if verdict.back == 2 and self.before is not None:
@@ -195,7 +202,7 @@ class Loop:
         self.state.restore(self.discretisation)
         return verdict.dt
 
-    def _take_new_meshes(self, verdict: NewMeshes) -> None:
+    def _take_new_meshes(self, verdict: RemeshAndRepeat) -> None:
         """Go on with new meshes from the last good state; collective."""
         from contactfem.adaptivity.remesh import carried, new_meshes
 
@@ -362,8 +369,9 @@ class _HeatSide:
 
     def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
         from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import Staggered
+        from contactfem.thermomechanics.staggered import Passes, Staggered
 
         assert case.heat is not None
-        self.driver = Staggered(solver, thermal, case.heat)
+        passes = Passes(case.heat.max_passes, case.heat.tolerance, case.heat.relaxation)
+        self.driver = Staggered(solver, thermal, passes)
         self.record = HeatRecord(thermal)

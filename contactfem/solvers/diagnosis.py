@@ -4,8 +4,8 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from contactfem.contact.conditions import Conditions
-from contactfem.laws.complementarity import Status
+from contactfem.contact.state import Conditions
+from contactfem.laws.active_set import Status
 from contactfem.mechanics.condensed import Interface
 
 SHOWN = 4  # nodes named in a message

@@ -1,14 +1,13 @@
 """Newton's linear systems the plain way: the whole tangent, factorised in every iteration."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
 from contactfem.mechanics.condensed import Condensed
+from contactfem.solvers.interface import Iterate
 
 MUMPS = {
     "ksp_type": "preonly",
@@ -21,27 +20,6 @@ MUMPS = {
 # Rows of multipliers have zeros on the diagonal: pivots wait for others, which takes memory. A
 # permutation by value (icntl_6 = 5) comes with scales of the first status, wrong for later ones.
 PIVOTING = {"mat_mumps_icntl_14": "200"}
-
-
-@dataclass(frozen=True)
-class Iterate:
-    """Where Newton's method is.
-
-    Attributes:
-        conditions: Contact conditions of every interface.
-        jumps: Of `System.advance` in the first iteration, else all None.
-        damping: Share of the coming step that is taken.
-        residuals: Scaled residuals of the solve so far [-].
-        tolerance: What they must come to [-].
-        settled: Whether the contact status is that of the iteration before.
-    """
-
-    conditions: Sequence[Conditions]
-    jumps: Sequence[Floats | None]
-    damping: float
-    residuals: Sequence[float]
-    tolerance: float
-    settled: bool
 
 
 class Direct:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.mechanics.condensed import Interface
 
 SHARE = 0.01  # of the normal force of an interface that may stand on nodes without slip

@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.contact.tangent import linearise
 from contactfem.mechanics.condensed import Interface, contact_rows
 from contactfem.mortar.sparse import Sparse, Triplets, joined

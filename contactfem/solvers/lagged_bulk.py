@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
-from contactfem.solvers.direct import Iterate
+from contactfem.solvers.interface import Iterate
 from contactfem.solvers.interface_solver import OnInterfaces
 from contactfem.solvers.renewal import worth_renewing
 from contactfem.solvers.substructuring import Substructure

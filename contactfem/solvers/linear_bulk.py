@@ -16,7 +16,7 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
 from contactfem.solvers.constrained_dofs import Held
-from contactfem.solvers.direct import Iterate
+from contactfem.solvers.interface import Iterate
 from contactfem.solvers.interface_solver import OnInterfaces
 from contactfem.solvers.substructuring import RightHandSide, Substructure
 

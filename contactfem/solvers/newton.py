@@ -11,16 +11,17 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions, History
+from contactfem.contact.state import Conditions, History
 from contactfem.fem.compat import unlock
 from contactfem.fem.petsc_options import MECHANICS, configure
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.saddle_point import Saddle
 from contactfem.solvers.choice import linear_solver
-from contactfem.solvers.direct import Direct, Iterate
+from contactfem.solvers.direct import Direct
 from contactfem.solvers.doubt import doubt
+from contactfem.solvers.interface import Iterate
 
 CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5
 # Residual that round-off leaves, over stiffness times size: always reached, and where it may stall

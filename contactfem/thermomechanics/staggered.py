@@ -7,12 +7,11 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.case.settings import Heat
 from contactfem.common.typing import Floats
-from contactfem.contact.conditions import Conditions
+from contactfem.contact.state import Conditions
 from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution
-from contactfem.laws.complementarity import Trial
+from contactfem.laws.active_set import Trial
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.thermomechanics.thermal_problem import Thermal
 
@@ -38,17 +37,32 @@ class HeatOutcome:
     dt: float
 
 
+@dataclass(frozen=True)
+class Passes:
+    """How often mechanics and heat are solved in one step.
+
+    Attributes:
+        most: Passes at most.
+        tolerance: Change of temperature over its range that ends them [-].
+        relaxation: "aitken", or a fixed factor [-].
+    """
+
+    most: int
+    tolerance: float
+    relaxation: str | float
+
+
 class Staggered:
     """Isothermal split: the mechanical and the thermal problem one after the other.
 
     Args:
         solver: Of mechanics; None without it.
         thermal: The heat side.
-        settings: Passes, tolerance and relaxation.
+        passes: How often both are solved.
     """
 
-    def __init__(self, solver: NewtonSolver | None, thermal: Thermal, settings: Heat) -> None:
-        self._solver, self._thermal, self._settings = solver, thermal, settings
+    def __init__(self, solver: NewtonSolver | None, thermal: Thermal, passes: Passes) -> None:
+        self._solver, self._thermal, self._passes = solver, thermal, passes
 
     def attempt(
         self, step: StepInput, t: float, theta: Sequence[Floats], u: Sequence[Floats]
@@ -64,11 +78,11 @@ class Staggered:
         Returns:
             How mechanics ended, or why the passes did, and the heat side; None where it failed.
         """
-        settings, guess = self._settings, [values.copy() for values in theta]
+        passes, guess = self._passes, [values.copy() for values in theta]
         report = SolveReport(True, "", 0, ())
-        relaxation = _Relaxation(settings.relaxation, self._thermal)
+        relaxation = _Relaxation(passes.relaxation, self._thermal)
         change = 0.0
-        for number in range(1, settings.max_passes + 1):
+        for number in range(1, passes.most + 1):
             report, conditions = self._mechanics(step, guess, report)
             if not report.converged:
                 return report, None
@@ -79,7 +93,7 @@ class Staggered:
                 return replace(report, converged=False, reason=solution.reason), None
             difference = [b - a for a, b in zip(guess, solution.theta, strict=True)]
             change = self._relative(difference, solution.theta)
-            if settings.max_passes == 1 or change <= settings.tolerance:
+            if passes.most == 1 or change <= passes.tolerance:
                 end = np.array([step.t])
                 return report, HeatOutcome(solution, exchanges, number, change, end, step.t - t)
             factor = relaxation.factor(difference)
@@ -87,7 +101,7 @@ class Staggered:
             step = self._again(step, conditions)
         reason = (
             f"temperatures still change by {change:.1e} of their range after "
-            f"{settings.max_passes} passes (heat.max_passes)"
+            f"{passes.most} passes (heat.max_passes)"
         )
         return replace(report, converged=False, reason=reason), None
 

@@ -11,9 +11,10 @@ from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.meshes.data import MeshData, jacobians
+from contactfem.transfer.matching import everywhere
 from contactfem.transfer.point_location import cell_sizes
 from contactfem.transfer.shape_functions import is_simplex, shape_functions
-from contactfem.transfer.volume import VolumeTransfer, everywhere, located
+from contactfem.transfer.volume import VolumeTransfer, located
 
 REFERENCE = {  # corners of the reference cells
     "triangle": [(0, 0), (1, 0), (0, 1)],

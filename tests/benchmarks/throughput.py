@@ -13,7 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.segments import cut, find_pairs
 
 RADIUS = 3.0  # of the search, in facets

@@ -11,7 +11,7 @@ from contactfem.adaptivity.recovery.norms import quadrature, squared_norms
 from contactfem.case.read import read_case
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.heat.interface import HeatExchange
-from contactfem.thermomechanics.thermal_problem import InterfaceLink
+from contactfem.thermomechanics.interface_transfer import InterfaceLink
 from contactfem.verification.manufactured import harmonic_bodies
 
 K, CONDUCTANCE, SOURCE = (0.2, 50.0), 0.5, 3.0

@@ -8,8 +8,8 @@ from verification.conftest import CASES
 from verification.efficiency import Efficiency
 from verification.watched import vertex_temperatures, watch
 
-from contactfem.adaptivity.sizes import cell_sizes
 from contactfem.case.read import read_case
+from contactfem.geometry.cells import cell_sizes
 from contactfem.verification.manufactured import MovingGaussian, SuddenSwitch
 
 SPOT = MovingGaussian(0.2, 2.0)

@@ -8,7 +8,7 @@ import pytest
 from verification.watched import watch
 
 from contactfem.adaptivity.adaptation import Adaptation
-from contactfem.adaptivity.decisions import Accept, NewMeshes, NewSizes
+from contactfem.adaptivity.decisions import Advance, NewSizes, RemeshAndRepeat
 from contactfem.case.read import read_case
 from contactfem.results.data import Status
 
@@ -61,7 +61,7 @@ def remeshed(steps):
 
     def judge_once(self, state, conditions, heat, t):
         if self._now.remeshes or count[0] == steps:
-            return Accept(None, self._report({}, None))
+            return Advance(None, self._report({}, None))
         count[0] += 1
         size = SIZES[count[0] % 2]
         new = self._discretisation
@@ -73,7 +73,7 @@ def remeshed(steps):
         heated = sizes(new.heat.bodies) if new.heat is not None else {}
         self._asked = {"mechanics": tuple(mechanical), "heat": tuple(heated)}
         self._reasons = {}
-        return NewMeshes(NewSizes(mechanical, heated))
+        return RemeshAndRepeat(NewSizes(mechanical, heated))
 
     with patch.object(Adaptation, "judge", judge_once):
         yield count

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from contactfem.adaptivity import adaptation as adapt
 from contactfem.adaptivity import remesh
-from contactfem.adaptivity.policies import RepeatStep
+from contactfem.adaptivity.decisions import RepeatStep
 from contactfem.case.read import read_case
 from contactfem.run import driver as run
 from contactfem.run import time_loop as loop

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from contactfem.case.read import read_case
 from contactfem.errors import CaseError
-from contactfem.laws.complementarity import Status
+from contactfem.laws.active_set import Status
 from contactfem.results.data import RunResult
 from contactfem.run.driver import run_case
 

@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 from verification.p1_conduction import Plate, estimated
 
-from contactfem.adaptivity.sizes import (
-    SizeLimits,
-    cell_sizes,
-    equal_error_sizes,
-    goal,
-    size_field,
-    thicknesses,
-)
+from contactfem.adaptivity.sizes import SizeLimits, equal_error_sizes, goal, size_field
+from contactfem.geometry.cells import cell_sizes, thicknesses
 from contactfem.meshes.block import Block
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers

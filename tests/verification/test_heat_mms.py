@@ -21,7 +21,7 @@ from contactfem.mechanics.body import BodyProblem, Law
 from contactfem.mechanics.bulk_system import System
 from contactfem.meshes.block import Block
 from contactfem.solvers.newton import NewtonSolver, StepInput
-from contactfem.thermomechanics.thermal_problem import BodyLink
+from contactfem.thermomechanics.body_transfer import BodyLink
 from contactfem.verification.manufactured import FiniteStrain
 
 COMM = MPI.COMM_WORLD

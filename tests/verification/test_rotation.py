@@ -10,9 +10,11 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.case.read import read_case
-from contactfem.contact.conditions import Contact, ContactLaw, History
+from contactfem.contact.conditions import Contact, ContactLaw
 from contactfem.contact.resultants import defects
-from contactfem.laws.complementarity import Coulomb, Status, Trial
+from contactfem.contact.state import History
+from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.friction import Coulomb
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.run.driver import run_case

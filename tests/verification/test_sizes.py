@@ -10,13 +10,13 @@ from verification.p1_conduction import Plate, estimated
 
 from contactfem.adaptivity.sizes import (
     SizeLimits,
-    cell_sizes,
     equal_error_sizes,
     goal,
     predicted_cells,
     predicted_error,
     size_field,
 )
+from contactfem.geometry.cells import cell_sizes
 from contactfem.meshes.gmsh_session import gmsh_session
 from contactfem.results.relative_error import RelativeError
 

@@ -17,10 +17,10 @@ from contactfem.case.schema import Case
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.gathered_mesh import MeshView
+from contactfem.fem.vertex_values import VertexValues
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import RunResult, StepReport
 from contactfem.run import driver as run
-from contactfem.transfer.volume import VertexValues
 
 Watcher = Callable[[StepReport, State, Discretisation], None]
 

@@ -13,7 +13,7 @@ import numpy as np
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import Scale, scale_for
 from contactfem.errors import CaseError
-from contactfem.output.figures.deformation import cell_edges, triangles
+from contactfem.geometry.cells import cell_edges, triangles
 from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files
 from contactfem.output.figures.style import GREY, INK, STYLE
 from contactfem.results.data import BodyPicture

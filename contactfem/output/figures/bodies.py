@@ -10,7 +10,8 @@ import numpy as np
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.common.unit_display import Scale, scale_for
-from contactfem.output.figures.deformation import cell_edges, magnification, triangles
+from contactfem.geometry.cells import cell_edges, triangles
+from contactfem.output.figures.deformation import magnification
 from contactfem.output.figures.style import INK, Frame, colour_bar, draw, quantity_label
 from contactfem.results.data import BodyPicture, RunResult
 from contactfem.results.measures import ACTIVE, COMPONENTS, von_mises

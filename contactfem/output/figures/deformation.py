@@ -6,59 +6,12 @@ import math
 
 import numpy as np
 
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Floats
+from contactfem.geometry.cells import cell_edges
 from contactfem.results.data import InterfaceTable, RunResult
 
 SHOWN_STRAIN = 0.06  # to which share of the scene's size small displacements are magnified
 GAP_SHOWN = 0.05  # a first gap larger than this share of the displacements forbids to magnify them
-
-
-def triangles(cells: Ints) -> Ints:
-    """Split plane cells into triangles.
-
-    Args:
-        cells: vertices (m, 3), or (m, 4) in tensor order.
-
-    Returns:
-        Vertices of the triangles (k, 3).
-    """
-    if cells.shape[1] == 3:
-        return cells
-    return np.concatenate([cells[:, [0, 1, 3]], cells[:, [0, 3, 2]]])
-
-
-def cell_areas(points: Floats, cells: Ints) -> Floats:
-    """Areas of plane cells: half the cross product of the diagonals.
-
-    Args:
-        points: vertices (n, 2) [m].
-        cells: vertices (m, 3), or (m, 4) in tensor order.
-
-    Returns:
-        Areas (m,) [m²].
-    """
-    ring = [0, 1, 2, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
-    a, b, c, d = (points[cells[:, i]] for i in ring)
-    p, q = c - a, d - b
-    area: Floats = 0.5 * np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-    return area
-
-
-def cell_edges(cells: Ints) -> tuple[Ints, Ints]:
-    """Edges of plane cells, and which of them are on the boundary.
-
-    Args:
-        cells: vertices (m, 3), or (m, 4) in tensor order.
-
-    Returns:
-        All edges once (e, 2), and those of one cell only (b, 2).
-    """
-    ring = [0, 1, 2] if cells.shape[1] == 3 else [0, 1, 3, 2]
-    pairs = np.concatenate(
-        [cells[:, [a, b]] for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
-    )
-    edges, counts = np.unique(np.sort(pairs, axis=1), axis=0, return_counts=True)
-    return edges, edges[counts == 1]
 
 
 def _mortar_before(result: RunResult, table: InterfaceTable) -> Floats | None:

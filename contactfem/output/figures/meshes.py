@@ -10,7 +10,7 @@ import numpy as np
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.common.unit_display import Scale, engineering, scale_for
-from contactfem.output.figures.deformation import cell_edges, triangles
+from contactfem.geometry.cells import cell_edges, triangles
 from contactfem.output.figures.style import INK, Frame, colour_bar, draw, quantity_label
 from contactfem.results.data import MeshErrors, RunResult
 

@@ -7,7 +7,8 @@ import pytest
 
 from contactfem.adaptivity.mesh_decision import BodyCells, CellLimits, Lifetime, choose_meshes
 from contactfem.adaptivity.policies import MeshPolicy
-from contactfem.adaptivity.sizes import cell_sizes, predicted_cells
+from contactfem.adaptivity.sizes import predicted_cells
+from contactfem.geometry.cells import cell_sizes
 from contactfem.results.relative_error import RelativeError
 
 POLICY = MeshPolicy(tolerance=0.05)

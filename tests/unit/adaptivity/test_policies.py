@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from contactfem.adaptivity.decisions import Advance, RepeatStep
 from contactfem.adaptivity.policies import (
-    AcceptStep,
     KeepMesh,
     MeshPolicy,
     MeshReport,
     Remesh,
-    RepeatStep,
     StepPolicy,
     TimedStep,
     TimeReport,
@@ -131,7 +130,7 @@ def test_a_step_that_turns_out_wrong_is_repeated_with_the_next_one():
     assert decision.back == 2
     assert decision.dt == pytest.approx(0.2 * 0.8 * error_ratio(0.05) / error_ratio(0.08))
     assert after(0.09, 0.1, older=TimedStep(0.2, 0.08)).back == 1
-    assert isinstance(after(0.03, 0.1, older=TimedStep(0.2, 0.05)), AcceptStep)
+    assert isinstance(after(0.03, 0.1, older=TimedStep(0.2, 0.05)), Advance)
 
 
 def test_where_the_older_step_is_the_smallest_the_newer_becomes_shorter():
@@ -139,8 +138,8 @@ def test_where_the_older_step_is_the_smallest_the_newer_becomes_shorter():
     assert isinstance(decision, RepeatStep)
     assert decision.back == 1
     decision = after(0.04, 0.02, older=TimedStep(0.01, 0.1))
-    assert decision == AcceptStep(
-        0.02, False, "an error of 10 % against 5 % with the smallest step"
+    assert decision == Advance(
+        0.02, within=False, reason="an error of 10 % against 5 % with the smallest step"
     )
 
 
@@ -151,10 +150,14 @@ def test_steps_are_cut_by_a_limited_factor(eta):
 
 
 def test_what_cannot_be_repeated_is_told():
-    expected = AcceptStep(0.01, False, "an error of 20 % against 5 % with the smallest step")
+    expected = Advance(
+        0.01, within=False, reason="an error of 20 % against 5 % with the smallest step"
+    )
     assert after(0.2, 0.01) == expected
     decision = after(0.2, 0.4, repeats=4)
-    assert decision == AcceptStep(0.4, False, "an error of 20 % against 5 % after 4 repetitions")
+    assert decision == Advance(
+        0.4, within=False, reason="an error of 20 % against 5 % after 4 repetitions"
+    )
 
 
 def test_steps_grow_when_the_error_allows():
@@ -168,11 +171,13 @@ def test_steps_grow_when_the_error_allows():
 
 def test_steps_hold_where_the_error_is_as_wanted_and_shrink_before_it_is_too_large():
     for eta in (0.035, 0.0399):
-        assert after(eta, 0.1) == AcceptStep(
-            0.1, True, f"an error of {100 * eta:.3g} % against 5 %: the next step is 0.1 s"
+        assert after(eta, 0.1) == Advance(
+            0.1,
+            within=True,
+            reason=f"an error of {100 * eta:.3g} % against 5 %: the next step is 0.1 s",
         )
     change = 0.8 * error_ratio(0.05) / error_ratio(0.048)
-    assert isinstance(after(0.048, 0.1), AcceptStep)
+    assert isinstance(after(0.048, 0.1), Advance)
     assert after(0.048, 0.1).dt == pytest.approx(0.1 * change, rel=1e-13)
     assert after(0.048, 0.01).dt == STEP.smallest
     assert after(0.001, 0.1, older=TimedStep(0.1, 0.04)).dt == pytest.approx(0.1, rel=2e-3)
@@ -201,7 +206,7 @@ def test_steps_follow_a_front_and_recover():
         before = TimedStep(older[1], eta[1]) if len(taken) > 1 else None
         decision = decide_step(TimeReport(TimedStep(dt, eta[0]), before, repeats), policy)
         dt = decision.dt
-        if isinstance(decision, AcceptStep):
+        if isinstance(decision, Advance):
             taken.append(newer)
             repeats = 0
             continue

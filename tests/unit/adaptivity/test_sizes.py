@@ -9,7 +9,6 @@ from verification.p1_conduction import jittered
 
 from contactfem.adaptivity.sizes import (
     SizeLimits,
-    cell_sizes,
     equal_error_sizes,
     goal,
     graded,
@@ -17,8 +16,8 @@ from contactfem.adaptivity.sizes import (
     predicted_error,
     printed_sizes,
     size_field,
-    thicknesses,
 )
+from contactfem.geometry.cells import cell_sizes, thicknesses
 from contactfem.results.relative_error import RelativeError
 
 FREE = SizeLimits(smallest=1e-9, largest=1e9, growth=1e9, cells=10**9, coarsening=1e9)

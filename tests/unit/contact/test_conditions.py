@@ -5,8 +5,11 @@ import pytest
 
 from mpi4py import MPI
 
-from contactfem.contact.conditions import Contact, ContactLaw, History, relative_motion
-from contactfem.laws.complementarity import RIM_COMPLIANCE, Coulomb, Status, Trial, frictionless
+from contactfem.contact.conditions import Contact, ContactLaw, relative_motion
+from contactfem.contact.state import History
+from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.edge_stabilisation import RIM_COMPLIANCE
+from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.mortar.interface_mesh import InterfaceMesh
 
 MU = 0.4

@@ -6,10 +6,12 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.common.time_table import Table
-from contactfem.contact.conditions import Contact, ContactLaw, History
+from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.contact.state import History
 from contactfem.contact.tangent import linearise
-from contactfem.laws.complementarity import Coulomb, Status, VariableCoulomb
-from contactfem.mortar.interface_mesh import nodal_normals
+from contactfem.laws.active_set import Status
+from contactfem.laws.friction import Coulomb, VariableCoulomb
+from contactfem.mortar.normals import nodal_normals
 
 MU = 0.4
 HELD = ((0, 0), (9, 0), (9, 1))  # a symmetry line at one end, a Dirichlet node at the other

@@ -9,12 +9,13 @@ from contactfem.common.time_table import constant
 from contactfem.common.timers import Timers
 from contactfem.fem.body_mesh import distribute
 from contactfem.heat.body import HeatBody, HeatLaw
-from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw, HeatNodes
+from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
+from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.heat.system import HeatStepInput, HeatSystem, HeldTemperature
 from contactfem.heat.time_schemes import scheme
 from contactfem.laws.conductance import Constant, GasGap, PowerLaw
-from contactfem.mechanics.interface_nodes import BodySide, plane_side
 from contactfem.meshes.block import Block
+from contactfem.mortar.sides import BodySide, plane_side
 
 WIDTH = 2.0
 

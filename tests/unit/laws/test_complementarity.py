@@ -6,21 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contactfem.common.time_table import Table
-from contactfem.laws.complementarity import (
-    RIM,
-    RIM_COMPLIANCE,
-    Coulomb,
-    SlipState,
-    Status,
-    Tie,
-    Tresca,
-    VariableCoulomb,
-    contact_scale,
-    frictionless,
-    rim_compliance,
-    stick_or_slip,
-    trial,
-)
+from contactfem.laws.active_set import Status
+from contactfem.laws.complementarity import Tie, contact_scale, stick_or_slip, trial
+from contactfem.laws.edge_stabilisation import RIM, RIM_COMPLIANCE, rim_compliance
+from contactfem.laws.friction import Coulomb, SlipState, Tresca, VariableCoulomb, frictionless
 
 SCALE = st.floats(1e-3, 1e3)
 SIGNED = st.floats(-1e3, 1e3)

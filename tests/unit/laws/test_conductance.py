@@ -3,16 +3,8 @@
 import numpy as np
 import pytest
 
-from contactfem.laws.conductance import (
-    TINY,
-    Constant,
-    GasGap,
-    Parallel,
-    PowerLaw,
-    conducted,
-    outflow,
-    under_pressure,
-)
+from contactfem.laws.conductance import TINY, Constant, GasGap, Parallel, PowerLaw, under_pressure
+from contactfem.laws.frictional_heat import conducted, outflow
 
 PAPER = PowerLaw(150.0, 100.0, 1.5)
 GAS = GasGap(0.025, 1e-6)

@@ -15,12 +15,8 @@ from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.check.check import check_case
 from contactfem.errors import CaseError
-from contactfem.mortar.interface_mesh import (
-    InterfaceMesh,
-    facet_lengths,
-    half_lengths,
-    nodal_normals,
-)
+from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths, half_lengths
+from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
 from contactfem.mortar.segments import cut, find_pairs
 from contactfem.results.data import RunResult

@@ -8,11 +8,11 @@ from mpi4py import MPI
 
 from contactfem.case.read import read_case
 from contactfem.common.timers import Timers
-from contactfem.contact.conditions import History
+from contactfem.contact.state import History
 from contactfem.discretisation.discretise import discretise
-from contactfem.laws.complementarity import Status, Trial
+from contactfem.laws.active_set import Status, Trial
 from contactfem.mechanics.condensed import Condensed, row_scales
-from contactfem.mortar.interface_mesh import nodal_normals
+from contactfem.mortar.normals import nodal_normals
 from contactfem.solvers.newton import NewtonSolver, StepInput
 
 # The upper block overhangs the held side of the lower one and ends within a facet of it.

@@ -11,10 +11,10 @@ from mpi4py import MPI
 from contactfem.case.read import read_case
 from contactfem.check.check import check_case
 from contactfem.common.timers import Timers
-from contactfem.contact.conditions import History
+from contactfem.contact.state import History
 from contactfem.discretisation.discretise import discretise
 from contactfem.errors import CaseError
-from contactfem.laws.complementarity import Status
+from contactfem.laws.active_set import Status
 from contactfem.mechanics.saddle_point import Saddle, row_scales
 from contactfem.run.driver import run_case
 

@@ -8,11 +8,14 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.common.time_table import constant
-from contactfem.contact.conditions import Contact, ContactLaw, History
+from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.contact.state import History
 from contactfem.contact.tangent import linearise
-from contactfem.laws.complementarity import Coulomb, Status
-from contactfem.mechanics.interface_nodes import circle_side, plane_side, polyline_side
-from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.laws.active_set import Status
+from contactfem.laws.friction import Coulomb
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import nodal_normals
+from contactfem.mortar.sides import circle_side, plane_side, polyline_side
 
 REST = (constant(0.0), constant(0.0))
 CENTRE = np.array((0.4, 1.5))

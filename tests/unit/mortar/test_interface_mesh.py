@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths, nodal_normals
+from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths
+from contactfem.mortar.normals import nodal_normals
 
 
 def ring(n: int, radius: float = 2.0) -> InterfaceMesh:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.mortar.segments import cut, find_pairs
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from contactfem.mortar.interface_mesh import InterfaceMesh, nodal_normals
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.segments import cut, find_pairs, hidden
 
 ALL = slice(None)

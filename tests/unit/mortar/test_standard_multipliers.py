@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.case.read import read_case
-from contactfem.mortar.interface_mesh import nodal_normals
+from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.mortar.segments import cut, find_pairs
 from contactfem.results.expectations import judge, measure

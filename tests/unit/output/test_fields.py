@@ -11,7 +11,8 @@ from mpi4py import MPI
 
 from contactfem.case.read import read_case
 from contactfem.errors import CaseError, WriteError
-from contactfem.output.fields import FieldWriter, nodal_average, remove_later
+from contactfem.fem.nodal_average import nodal_average
+from contactfem.output.fields import FieldWriter, remove_later
 from contactfem.run.driver import run_case
 
 CASES = Path(__file__).parents[3] / "cases"

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from contactfem.geometry.cells import cell_edges, triangles
 from contactfem.output.figures.all_figures import draw_all
 from contactfem.output.figures.bodies import stress_of
-from contactfem.output.figures.deformation import cell_edges, magnification, triangles
+from contactfem.output.figures.deformation import magnification
 
 
 def size_of(path) -> tuple[int, int]:

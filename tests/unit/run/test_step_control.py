@@ -5,10 +5,9 @@ import math
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from contactfem.adaptivity.decisions import GiveUp, RepeatStep
 from contactfem.run.step_control import (
     EASY_ITERATIONS,
-    GiveUp,
-    Retry,
     StepLimits,
     after_failure,
     after_success,
@@ -23,7 +22,7 @@ STEP = st.floats(1e-3, 0.25)
 def test_failure_halves_or_gives_up(dt, cutbacks):
     """Never below the smallest step, never more often than allowed."""
     decision = after_failure(dt, cutbacks, LIMITS)
-    if isinstance(decision, Retry):
+    if isinstance(decision, RepeatStep):
         assert decision.dt == dt / 2
         assert decision.dt >= LIMITS.smallest * (1 - 1e-9)
         assert cutbacks < LIMITS.max_cutbacks
@@ -34,7 +33,7 @@ def test_failure_halves_or_gives_up(dt, cutbacks):
 def test_failures_end():
     """A step that always fails is given up with the key that limits it."""
     dt, cutbacks = 0.25, 0
-    while isinstance(decision := after_failure(dt, cutbacks, LIMITS), Retry):
+    while isinstance(decision := after_failure(dt, cutbacks, LIMITS), RepeatStep):
         dt, cutbacks = decision.dt, cutbacks + 1
     assert (dt, cutbacks) == (0.25 / 2**8, 8)
     assert isinstance(decision, GiveUp)
@@ -42,7 +41,7 @@ def test_failures_end():
     decision = after_failure(LIMITS.smallest, 0, LIMITS)
     assert isinstance(decision, GiveUp)
     assert "time.step_min" in decision.reason
-    assert after_failure(2 * LIMITS.smallest, 0, LIMITS) == Retry(LIMITS.smallest)
+    assert after_failure(2 * LIMITS.smallest, 0, LIMITS) == RepeatStep(LIMITS.smallest)
 
 
 @given(dt=STEP, iterations=st.lists(st.integers(0, 30), max_size=6))

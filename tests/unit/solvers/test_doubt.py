@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from contactfem.laws.complementarity import Coulomb, frictionless
+from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.solvers.doubt import SHARE, doubt
 
 COULOMB = Coulomb(0.3)

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from contactfem.errors import MeshError
 from contactfem.fem.body_mesh import BodyMesh, distribute
+from contactfem.fem.vertex_values import VertexValues, insert, replicate
 from contactfem.meshes.block import Block
 from contactfem.meshes.box import Box
 from contactfem.meshes.cylinder import Cylinder
@@ -18,15 +19,9 @@ from contactfem.meshes.data import MeshData, Surface
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.meshes.graded_block import GradedBlock
 from contactfem.meshes.wave import Wave
-from contactfem.transfer.volume import (
-    FAR,
-    SurfaceTransfer,
-    VertexValues,
-    VolumeTransfer,
-    conserving,
-    insert,
-    replicate,
-)
+from contactfem.transfer.matching import FAR
+from contactfem.transfer.surface import SurfaceTransfer, conserving
+from contactfem.transfer.volume import VolumeTransfer
 
 COMM = MPI.COMM_WORLD
 SELF = MPI.COMM_SELF

@@ -1,0 +1,132 @@
+"""Bodies of a case as equations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mpi4py import MPI
+
+from contactfem.case.base import AXES
+from contactfem.case.element_choice import element_of
+from contactfem.case.scene import Condition, Material
+from contactfem.case.schema import Case
+from contactfem.common import user_function as functions
+from contactfem.common.time_table import constant
+from contactfem.common.typing import Ints
+from contactfem.discretisation.meshes import ON_AXIS
+from contactfem.errors import CaseError
+from contactfem.fem.body_mesh import BodyMesh
+from contactfem.forms.energies import (
+    linear_elastic,
+    linear_elastic_mixed,
+    neo_hooke,
+    neo_hooke_mixed,
+)
+from contactfem.forms.mechanics import Energy
+from contactfem.geometry.rigid_motions import free_rigid_modes
+from contactfem.mechanics.body import BodyProblem, Law, Load
+
+
+def on_axis(mesh: BodyMesh, comm: MPI.Comm) -> Ints:
+    """Vertices on the axis x = 0, on all ranks; collective."""
+    r = None if mesh.data is None else mesh.data.points[:, 0]
+    found = None if r is None else np.flatnonzero(np.abs(r) <= ON_AXIS * np.abs(r).max())
+    return np.asarray(comm.bcast(found))
+
+
+def body_problem(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
+    """Equations of one body: its element, law and loads."""
+    body = case.bodies[name]
+    element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
+    law = _law(case, case.materials[body.material], mixed=element == "MINI")
+    loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
+    theta = body.temperature if case.heat is None else None
+    return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
+
+
+def _law(case: Case, material: Material, *, mixed: bool) -> Law:
+    """Energy and parameters of a material."""
+    small = case.strain == "small"
+    parameters = {
+        "bulk_modulus": material.K,
+        "shear_modulus": material.mu,
+        "expansion": material.expansion,
+    } | material.parameters
+    if material.model == "neo-hooke":
+        energy = linear_elastic if small else neo_hooke
+        with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
+        return Law(
+            energy, parameters, material.E, small, small, with_mean_stress if mixed else None
+        )
+    return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
+
+
+def _user_energy(case: Case, reference: str) -> Energy:
+    """A user's energy "file.py:function", the file relative to the case."""
+    try:
+        return functions.reference(reference).load(case.path.parent)
+    except CaseError as error:
+        raise CaseError(f"{case.path}: material model {error}") from None
+
+
+def _loads(condition: Condition, axes: int) -> list[Load]:
+    """Loads of a condition, none if it prescribes a motion."""
+    if condition.pressure is not None:
+        return [Load(condition.surface, (condition.pressure,))]
+    given = condition.traction or condition.body_force
+    if given is None:
+        return []
+    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])
+    return [Load(condition.surface if condition.traction else None, components)]
+
+
+def vertices_of_condition(
+    condition: Condition, meshes: dict[str, BodyMesh], comm: MPI.Comm
+) -> Ints:
+    """Input vertices that a condition acts on."""
+    mesh = meshes[condition.body]
+    if condition.at is not None:
+        nearest = None
+        if mesh.data is not None:
+            distance = np.linalg.norm(mesh.data.points - np.array(condition.at), axis=1)
+            nearest = (
+                int(np.argmin(distance)),
+                float(distance.min()),
+                float(np.ptp(mesh.data.points)),
+            )
+        vertex, distance_, size = comm.bcast(nearest)
+        if distance_ > 1e-6 * size:
+            raise CaseError(
+                f"condition on {condition.on}: no vertex at {condition.at} m; the nearest is "
+                f"{distance_:g} m away"
+            )
+        return np.array([vertex])
+    if condition.surface is None:
+        return np.arange(mesh.n_points)
+    return mesh.surface(condition.surface).vertices
+
+
+def is_unrestrained(case: Case, name: str, mesh: BodyMesh) -> bool:
+    """Whether a body's conditions leave it a rigid motion."""
+    if case.axisymmetric:  # along the axis is the only one
+        return not any(c.body == name and "y" in c.components() for c in case.conditions)
+    points, masks, rotation_held = [], [], False
+    for condition in case.conditions:
+        if condition.body != name or not (condition.displacement or condition.grip):
+            continue
+        if condition.at is not None:
+            X = np.array([condition.at])
+        elif condition.surface is not None:
+            X = mesh.surface(condition.surface).X
+        else:
+            return False
+        rotation_held = rotation_held or condition.grip is not None
+        points.append(X)
+        given = condition.components()
+        masks.append(np.tile([axis in given for axis in AXES[: case.axes]], (len(X), 1)))
+    if not points:
+        return True
+    X, mask = np.concatenate(points), np.concatenate(masks)
+    size = float(np.ptp(np.concatenate([s.X for s in mesh.surfaces.values()]), axis=0).max())
+    modes = free_rigid_modes(X, mask, X.mean(0), size, rotation_held=rotation_held)
+    return len(modes) > 0

@@ -1,0 +1,99 @@
+"""Interfaces of a case as equations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contactfem.case.contact_parameters import constants
+from contactfem.case.law_factory import friction_law
+from contactfem.case.scene import Plane, Polyline
+from contactfem.case.schema import Case
+from contactfem.common.typing import Bools, Floats
+from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.fem.body_mesh import BodyMesh
+from contactfem.mechanics.bulk_system import System
+from contactfem.mechanics.interface_nodes import InterfaceNodes
+from contactfem.mortar.crosspoints import Side
+from contactfem.mortar.sides import BodySide, RigidSide, circle_side, plane_side, polyline_side
+
+CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
+
+
+def multiplier_count(case: Case, meshes: dict[str, BodyMesh]) -> int:
+    """Number of components of the multipliers of all interfaces."""
+    sides = [interface.nonmortar.partition(".") for interface in case.interfaces.values()]
+    return sum(meshes[body].surface(surface).X.size for body, _, surface in sides)
+
+
+def vertices_of_sides(
+    case: Case, name: str, index: dict[str, int], meshes: dict[str, BodyMesh]
+) -> tuple[Side, Side | None]:
+    """Bodies and vertices of both sides of an interface."""
+
+    def side(on: str) -> Side:
+        body, _, surface = on.partition(".")
+        return index[body], meshes[body].surface(surface).vertices
+
+    interface = case.interfaces[name]
+    rigid = interface.mortar in case.obstacles
+    return side(interface.nonmortar), None if rigid else side(interface.mortar)
+
+
+def contact_of_interface(
+    case: Case,
+    name: str,
+    system: System,
+    index: dict[str, int],
+    meshes: dict[str, BodyMesh],
+    shared: Bools,
+) -> tuple[InterfaceNodes, Contact]:
+    """Nodes and laws of one interface."""
+    interface = case.interfaces[name]
+    body, _, surface = interface.nonmortar.partition(".")
+    nonmortar = BodySide(index[body], meshes[body].surface(surface))
+    E_nonmortar = system.bodies[index[body]].law.youngs_modulus
+    mortar: BodySide | RigidSide
+    if interface.mortar in case.obstacles:
+        mortar = rigid_side(case, interface.mortar, nonmortar.surface.X)
+        E_mortar = np.inf
+    else:
+        body, _, surface = interface.mortar.partition(".")
+        mortar = BodySide(index[body], meshes[body].surface(surface))
+        E_mortar = system.bodies[index[body]].law.youngs_modulus
+    nodes = InterfaceNodes(system, nonmortar, mortar, interface.multiplier, shared)
+    found = constants(
+        interface,
+        nonmortar.surface,
+        (E_nonmortar, E_mortar),
+        mortar.surface if isinstance(mortar, BodySide) else None,
+    )
+    law = ContactLaw(
+        friction=friction_law(case, interface.friction),
+        c=found.c,
+        c_n=found.c_n,
+        c_t=found.c_t,
+        stiffness=min(E_nonmortar, E_mortar),
+        search_radius=found.search_radius,
+        normal_compliance=found.normal_compliance,
+        tangential_compliance=found.tangential_compliance,
+        augmented=interface.normal.law == "augmented",
+    )
+    return nodes, Contact(system.comm, nodes.mesh, law)
+
+
+def rigid_side(case: Case, name: str, X: Floats) -> RigidSide:
+    """Rigid side as facets, large and fine enough for the surface with the nodes X [m]."""
+    obstacle = case.obstacles[name]
+    motion = (obstacle.displacement["x"], obstacle.displacement["y"])
+    if isinstance(obstacle, Plane):
+        point, normal = np.array(obstacle.point), np.array(obstacle.normal)
+        centre = X.mean(0) - normal * (normal @ (X.mean(0) - point))
+        tables = [t for c in case.conditions for t in c.components().values()] + list(motion)
+        travel = max((abs(v) for table in tables for v in table.values), default=0.0)
+        extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
+        return plane_side(centre.tolist(), obstacle.normal, extent, motion)
+    if isinstance(obstacle, Polyline):
+        return polyline_side(np.array(obstacle.points), obstacle.closed, motion)
+    size = np.hypot(*np.diff(X, axis=0).T)
+    facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
+    return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)

@@ -1,0 +1,93 @@
+"""Nodal normals of the nonmortar surface and their derivative (1)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from contactfem.common.block_csr import block_rows
+from contactfem.common.typing import Floats, Ints
+from contactfem.mortar.interface_mesh import InterfaceMesh, averaged_normals
+
+
+@dataclass(frozen=True)
+class NormalField:
+    """Nodal unit normals of the nonmortar surface and their derivative.
+
+    Attributes:
+        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
+        around: Previous node, the node itself and next node, itself at an end, (n_nonmortar, 3).
+        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, 2, 3, 2).
+        n_nodes: Nodes of both surfaces.
+    """
+
+    n: Floats
+    around: Ints
+    blocks: Floats
+    n_nodes: int
+
+    @cached_property
+    def derivative(self) -> sp.csr_matrix:
+        """dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes)."""
+        return block_rows(self.blocks.reshape(-1, 2, 6), self.around, 2 * self.n_nodes)
+
+    @property
+    def tangent(self) -> Floats:
+        """Unit tangents τ = (n_y, -n_x) [-], shape (n_nonmortar, 2)."""
+        return np.column_stack((self.n[:, 1], -self.n[:, 0]))
+
+
+def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
+    """Averaged nodal normals, n_j = Σ n_f / |Σ n_f| over the facets at j, with derivative.
+
+    Where the mortar side is rigid and gives the direction of contact, that one instead: the last
+    facet of an end that lifts off leans, and with averaged normals the force on it would, too.
+
+    A node that is held in one direction (a symmetry line) has its normal in the other one: the
+    mirrored facet would average it so, and contact can only act there.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+
+    Returns:
+        The normal field.
+    """
+    n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
+    free = mesh.free[: mesh.n_nonmortar]
+    held = mesh.carries & ~free.all(1)
+    n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
+    blocks[held] = 0.0
+    own = np.arange(mesh.n_nonmortar)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
+    return NormalField(n, around, blocks, mesh.n_nodes)
+
+
+def _averaged_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """Averaged normals (n, 2) and their derivative by previous, own and next node, (n, 2, 3, 2)."""
+    n, length = averaged_normals(mesh, x)
+    ends = mesh.nonmortar
+    edge = x[ends[:, 1]] - x[ends[:, 0]]
+    size = np.hypot(edge[:, 0], edge[:, 1])
+    t = edge / size[:, None]
+    nf = np.column_stack((t[:, 1], -t[:, 0]))
+    # d n_f = -n_f-component of the edge's turn: (1/L) (t (n_f . d edge)) with the sign of (dy, -dx)
+    turn = -np.einsum("fi,fj->fij", t, nf) / size[:, None, None]
+    project = (np.eye(2) - np.einsum("ji,jk->jik", n, n)) / length[:, None, None]
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    for end, before, after in ((0, 1, 2), (1, 0, 1)):  # a has the facet after it, b before it
+        block = project[ends[:, end]] @ turn
+        blocks[ends[:, end], :, before] -= block
+        blocks[ends[:, end], :, after] += block
+    return n, blocks
+
+
+def _given_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
+    """As `_averaged_field`, of normals that a rigid mortar side gives."""
+    assert mesh.directions is not None
+    n, by_own = mesh.directions(mesh, x)
+    blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
+    blocks[:, :, 1] = by_own
+    return n, blocks

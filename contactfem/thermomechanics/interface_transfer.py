@@ -1,0 +1,82 @@
+"""Pressure, friction and heat between the two meshes of an interface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from contactfem.common.time_table import Table
+from contactfem.common.typing import Floats
+from contactfem.contact.rim import rim_values
+from contactfem.contact.state import Conditions
+from contactfem.heat.interface import HeatExchange, HeatInterface
+from contactfem.meshes.data import Surface
+from contactfem.transfer.surface import SurfaceTransfer
+
+
+@dataclass(frozen=True)
+class InterfaceLink:
+    """An interface of the heat problem and what mechanics gives it.
+
+    Attributes:
+        heat: The heat side.
+        to_heat: From nodes of the mechanical nonmortar surface to the thermal one.
+        to_mechanics: The way back.
+        pressure: Pressure over time that stands in for that of mechanics [Pa].
+        dissipation: Frictional heat per area that stands in for it [W/m²].
+        rubs: Whether mechanics has friction there.
+        surface: The mechanical nonmortar surface.
+    """
+
+    heat: HeatInterface
+    to_heat: SurfaceTransfer
+    to_mechanics: SurfaceTransfer
+    pressure: Table | None
+    dissipation: Table | None
+    rubs: bool
+    surface: Surface
+
+    def exchange(self, c: Conditions | None, t: float, dt: float, ramp_end: float) -> HeatExchange:
+        """What the interface exchanges at the end of a step; collective.
+
+        Args:
+            c: Contact conditions there; None without mechanics.
+            t: Time at the start of the step [s].
+            dt: Its length [s].
+            ramp_end: Time at which constant motions are reached [s].
+        """
+        n = self.to_heat.matrix.shape[1]
+        pressure, density, power = np.zeros(n), np.zeros(n), None
+        if c is not None:
+            pressure = contact_pressure(c)
+            if self.rubs:
+                density, power = friction_heat(c, dt)
+        if self.pressure is not None:
+            pressure = np.full(n, self.pressure(t + dt))
+        if self.dissipation is not None:
+            density = np.full(n, 0.5 * (self.dissipation(t) + self.dissipation(t + dt)))
+            power = None
+        x = self.heat.nodes.positions(t + dt, ramp_end)
+        heat = self.to_heat(density)
+        if power is not None and not heat.any():  # it fell between the thermal nodes
+            heat = self.to_heat.spread(density)
+        return self.heat.exchange(x, self.to_heat(pressure), heat, power)
+
+
+def contact_pressure(c: Conditions) -> Floats:
+    """Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
+    return np.asarray(np.maximum(np.where(c.active, rim_values(c)[0], 0.0), 0.0))
+
+
+def friction_heat(c: Conditions, dt: float) -> tuple[Floats, float]:
+    """Frictional heat per area d = t·ṡ (17) and frictional power of an interface.
+
+    Args:
+        c: Contact conditions at the end of a step.
+        dt: Length of the step [s].
+
+    Returns:
+        d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D⁰_jj t_j s_j / dt [W/m].
+    """
+    density = np.where(c.active, rim_values(c)[1] * c.plastic_slip / dt, 0.0)
+    power = float(np.sum(c.history.D * c.traction * c.plastic_slip)) / dt
+    return np.maximum(density, 0.0), power
