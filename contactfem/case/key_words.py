@@ -109,7 +109,7 @@ KEY_WORDS: dict[str, dict[str, str]] = {
         "max_cutbacks": "how often a step is halved before the run gives up",
     },
     "Output": {
-        "fields": "field files for ParaView",
+        "fields": "for ParaView: one file of the run, a folder for each body (by ADIOS2), or none",
         "figures": "pictures",
     },
     "Probe": {

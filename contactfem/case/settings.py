@@ -135,12 +135,17 @@ class Output(Model):
     wall-clock time.
     """
 
-    fields: Flag = True
+    fields: Literal["vtkhdf", "vtx", False] = "vtkhdf"
     figures: Flag = True
     times: tuple[PositiveTime, ...] = ()
     snapshots: Count = 0
     checkpoint_every: Annotated[Count, Field(ge=1)] | None = None
     checkpoint_interval: PositiveTime = 600.0
+
+    @field_validator("fields", mode="before")
+    @classmethod
+    def _usual(cls, value: object) -> object:
+        return "vtkhdf" if value is True else value
 
     @field_validator("times")
     @classmethod

@@ -165,6 +165,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 cover=op.cover,
                 facet_length=op.length,
                 depth=op.depth,
+                facets=mesh.nonmortar,
                 mortar_x=op.x[mortar],
                 mortar_pressure=np.divide(
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
@@ -196,6 +197,7 @@ def _tables_of_heat(discretisation: Discretisation, state: State) -> list[Interf
                 status=np.full(len(X), Status.NONE, np.int8),
                 cover=none,
                 facet_length=np.bincount(link.surface.facets.ravel(), half).astype(np.float64),
+                facets=link.surface.facets,
                 mortar_x=np.empty((0, 2)),
                 mortar_pressure=np.empty(0),
                 heat=_surface_heat(discretisation, state, k),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -18,9 +18,10 @@ from contactfem.discretisation.state import State
 from contactfem.errors import WriteError
 from contactfem.output.figures.frames import Snapshot, clear_snapshots, write_snapshot
 from contactfem.output.gather import body_pictures, heat_pictures, interface_tables
-from contactfem.results.data import Failure, RunResult, StepReport
+from contactfem.results.data import Failure, MeshErrors, RunResult, StepReport
 
 if TYPE_CHECKING:
+    from contactfem.output.field_file import FieldFile
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
     from contactfem.output.tables import OutputWriter
     from contactfem.output.terminal import Reporter
@@ -64,6 +65,7 @@ class Recorder:
         moments = [every * (k + 1) for k in range(case.output.snapshots)]
         self._moments = [t for t in moments if not _reached(t, last)]
         self._pictures = len(moments) - len(self._moments)
+        self._field_file: FieldFile | None = None
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
@@ -83,20 +85,25 @@ class Recorder:
                 for failure in self.failures:
                     self._writer.failure(failure)
                 self._clear_fields(out)
-            if case.output.fields:
-                comm.barrier()  # the folder is there
-                self._open_fields(out)
+            comm.barrier()  # the folder is there
+            if case.output.fields == "vtkhdf":
+                from contactfem.output.field_file import FieldFile
+
+                self._field_file = FieldFile(case, comm, out, None if steps is None else last)
+            self._open_fields(out)
 
     def _clear_fields(self, out: Path) -> None:
         """Remove the field files of an earlier run, or of what a resumed one does again."""
-        if self._case.output.fields:
+        if self._case.output.fields == "vtx":
             from contactfem.output.fields import remove_later
 
             names = [*self._case.bodies, *(f"{name}_heat" for name in self._case.bodies)]
             remove_later(out, names, max(self.segment, 2))
 
     def _open_fields(self, out: Path) -> None:
-        """Open the field files of the present meshes; collective."""
+        """Open the field files of the present meshes where a file is for one mesh; collective."""
+        if self._case.output.fields != "vtx":
+            return
         from contactfem.output.fields import FieldWriter, HeatFieldWriter
 
         suffix = f"_{self.segment}" if self.segment > 1 else ""
@@ -126,8 +133,15 @@ class Recorder:
             if files is not None:
                 files.close()
 
-    def step(self, report: StepReport, state: State) -> None:
+    def step(
+        self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()
+    ) -> None:
         """Record an accepted step; collective.
+
+        Args:
+            report: The step.
+            state: The state at its end.
+            errors: Errors of the cells, where meshes adapt.
 
         Raises:
             WriteError: That cannot be done, on the first rank.
@@ -143,6 +157,8 @@ class Recorder:
                 if self._writer is not None:
                     self._writer.interfaces(tables, report.t)
             self._picture(report.t, state)
+            if self._field_file is not None:
+                self._field_file.write(report.t, self._discretisation, state, errors)
             if self._fields is not None:
                 stress = {
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
@@ -170,7 +186,7 @@ class Recorder:
             if files is not None:
                 files.close()
         self.segment += 1
-        if self._case.output.fields and self._out is not None:
+        if self._out is not None:
             with self._timers.book("output"):
                 self._open_fields(self._out)
 

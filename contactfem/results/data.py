@@ -221,6 +221,7 @@ class InterfaceTable:
         cover: share of the node's facets that faces the mortar side (n,) [-].
         facet_length: half the length of the facets at the node, summed (n,) [m].
         depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
+        facets: nodes of the facets (k, nf).
         heat: heat at the nodes; None where it is not solved for.
         mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
         mortar_pressure: pressure seen from the mortar side (k,) [Pa].
@@ -240,6 +241,7 @@ class InterfaceTable:
     mortar_x: Floats
     mortar_pressure: Floats
     depth: Floats | float = 1.0
+    facets: Ints = field(default_factory=lambda: np.empty((0, 2), np.int64))
     heat: SurfaceHeat | None = None
 
 
