@@ -1,4 +1,4 @@
-"""The exceptions that a user may see, and how the program ends with them."""
+"""Exceptions that a user may see, and exit codes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Heat of one body (12), (20), pulled back to its reference configuration; no time scheme."""
+"""Weak form of heat in one body (12), (20)."""
 
 import ufl
 from ufl.core.expr import Expr

@@ -1,4 +1,4 @@
-"""Named geometries and mesh files: what a body's `mesh` may say in a case file."""
+"""Mesh builders and mesh files, by the name in a case."""
 
 from typing import Annotated, Any
 

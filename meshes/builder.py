@@ -1,4 +1,4 @@
-"""What every named geometry offers: a mesh, its outline without meshing, adapted meshes."""
+"""Base of mesh builders: mesh, outline, adapted meshes."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Exact boundaries: curves, and the groups of the facets that lie on them."""
+"""Exact boundaries: curves with their facet groups."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""A body's mesh as plain numbers, and the surfaces that its facet groups form."""
+"""A mesh as arrays, with surfaces from facet groups."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

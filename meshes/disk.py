@@ -1,4 +1,4 @@
-"""Whole disk and ring, round where they touch in the mean over a facet."""
+"""Disk and ring with a round boundary."""
 
 from typing import Annotated, Any, Literal, Self
 

@@ -1,4 +1,4 @@
-"""Quarter of a disk in quadrilaterals that fan out from the point where it touches."""
+"""Quarter disk of quadrilaterals around its lowest point."""
 
 from collections.abc import Iterator
 from dataclasses import replace

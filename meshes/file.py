@@ -1,4 +1,4 @@
-"""A body's mesh from a file: gmsh's own format with physical groups, or whatever meshio reads."""
+"""A body's mesh from a file."""
 
 from functools import cached_property
 from pathlib import Path

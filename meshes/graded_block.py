@@ -1,4 +1,4 @@
-"""Rectangle of triangles that is fine on a part of its top or bottom."""
+"""Rectangle of triangles, fine on part of its top or bottom."""
 
 from typing import Annotated, Any, Literal, Self
 

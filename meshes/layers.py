@@ -1,4 +1,4 @@
-"""Rows of flat cells along surfaces behind which a field changes much faster than along them."""
+"""Layers of anisotropic cells along surfaces."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Triangles in a region bounded by lines and arcs, fine at chosen edges."""
+"""Triangles in a region bounded by lines and arcs."""
 
 from collections.abc import Sequence
 from math import ceil, dist

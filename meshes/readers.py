@@ -1,4 +1,4 @@
-"""Mesh files as arrays: all cells by kind, and the named groups of them."""
+"""Mesh files as arrays: cells and named groups."""
 
 import pickle
 import subprocess

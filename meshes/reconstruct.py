@@ -1,4 +1,4 @@
-"""The boundary of a mesh without geometry, as smooth curves through its nodes."""
+"""Smooth boundary curves through the nodes of a mesh."""
 
 from itertools import pairwise
 

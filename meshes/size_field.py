@@ -1,4 +1,4 @@
-"""Wanted cell sizes over a plane body, given at the nodes of its old mesh."""
+"""Cell sizes given at the nodes of an old mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Estimate, decide, and say which meshes and step come next: the adaptive strategy of 2.5."""
+"""The adaptive strategy (paper 2.5): estimate, decide, report."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from contactfem.adaptivity.body_recovery import BodyErrors
 from contactfem.adaptivity.decisions import (
     Advance,
     Decision,
-    Lasting,
+    MeshHistory,
     NewSizes,
     RemeshAndRepeat,
     RepeatStep,
@@ -30,11 +30,11 @@ from contactfem.adaptivity.recovery.time import time_error
 from contactfem.case.schema import Case
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.observables import observed
 from contactfem.discretisation.state import State
-from contactfem.results.data import ErrorStep, MeshErrors, Observed, Remeshing
+from contactfem.results.data import ErrorStep, MeshErrors, Observables, Remeshing
 from contactfem.results.relative_error import RelativeError, error_ratio
 from contactfem.thermomechanics.staggered import HeatOutcome
 
@@ -55,7 +55,7 @@ class _Progress:
     rounds: dict[str, int] = field(default_factory=dict)
     before: dict[str, float] = field(default_factory=dict)
     repeats: int = 0
-    first: tuple[float, Observed] | None = None
+    first: tuple[float, Observables] | None = None
 
     def gained(self, found: Mapping[str, RelativeError]) -> dict[str, float]:
         """Part of the error that the last new meshes took away."""
@@ -81,12 +81,12 @@ class Adaptation:
         case: Case,
         discretisation: Discretisation,
         timers: Timers,
-        lasting: tuple[Lasting, Lasting] | None = None,
+        lasting: tuple[MeshHistory, MeshHistory] | None = None,
     ) -> None:
         assert case.adaptivity is not None
         self.case, self.settings, self.timers = case, case.adaptivity, timers
         self._now = _Progress()
-        self._lasting, self._lasting_before = lasting or (Lasting(), Lasting())
+        self._lasting, self._lasting_before = lasting or (MeshHistory(), MeshHistory())
         self._found: dict[str, RelativeError] = {}
         self.first_meshes: tuple[MeshErrors, ...] = ()
         self.last_meshes: tuple[MeshErrors, ...] = ()
@@ -104,7 +104,7 @@ class Adaptation:
             self._flux = FluxEstimator(self.case, discretisation, self._flux)
 
     @property
-    def lasting(self) -> tuple[Lasting, Lasting]:
+    def lasting(self) -> tuple[MeshHistory, MeshHistory]:
         """What accepted steps left behind, now and before the last one."""
         return self._lasting, self._lasting_before
 
@@ -118,7 +118,7 @@ class Adaptation:
     def judge(
         self,
         state: State,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         heat: HeatOutcome | None,
         t: float,
     ) -> Decision:
@@ -155,12 +155,12 @@ class Adaptation:
 
     def _change(
         self,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         theta: Sequence[Floats] | None,
         t: float,
         *,
         again: bool,
-    ) -> Observed | None:
+    ) -> Observables | None:
         """What new meshes changed of the step; what was before the first is kept for that."""
         first = self._now.first
         if first is None and not again:
@@ -217,7 +217,7 @@ class Adaptation:
 
     def _judge_meshes(
         self,
-        conditions: Sequence[Conditions],
+        conditions: Sequence[ContactState],
         heat: HeatOutcome | None,
         t: float,
         dt: float,
@@ -321,7 +321,7 @@ class Adaptation:
         self,
         found: Mapping[str, RelativeError],
         time: float | None,
-        change: Observed | None = None,
+        change: Observables | None = None,
     ) -> ErrorStep:
         """What the step report says of errors and decisions."""
         mechanics, heat = found.get("mechanics"), found.get("heat")

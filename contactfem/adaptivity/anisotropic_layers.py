@@ -1,4 +1,4 @@
-"""What an adaptive case asks of new cells at the surfaces of its interfaces."""
+"""Sizes of new cells at the surfaces of interfaces."""
 
 from dataclasses import replace
 

@@ -1,9 +1,9 @@
-"""One body's recovered field beside its discrete one, on all ranks, and how far they are apart."""
+"""Recovered and discrete field of one body, and their distance."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
-from contactfem.adaptivity.recovery.constraints import Conditions, with_conditions
+from contactfem.adaptivity.recovery.constraints import ConstraintRows, with_conditions
 from contactfem.adaptivity.recovery.interface import JointFit, Side
 from contactfem.adaptivity.recovery.norms import (
     Quadrature,
@@ -106,7 +106,7 @@ class RecoveredField:
         self._discrete = values[:, 1:] if values.shape[1] > 1 else values
         self._coefficients = recovery.patches.fit(self._samples)
 
-    def require(self, conditions: Conditions) -> None:
+    def require(self, conditions: ConstraintRows) -> None:
         """Make it obey what is known at vertices."""
         found = with_conditions(self.recovery.patches, self._coefficients, conditions)
         self._coefficients = found

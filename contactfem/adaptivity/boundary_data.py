@@ -1,4 +1,4 @@
-"""What conditions say of tractions and heat flows at the vertices of a body's boundary.
+"""Known tractions and heat flows at the boundary vertices of a body.
 
 Recovered stresses and fluxes are made to obey it (Wiberg et al. 1998). On surfaces of interfaces,
 where both bodies are fitted together instead, nothing is said here.
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.adaptivity.recovery.constraints import Conditions
+from contactfem.adaptivity.recovery.constraints import ConstraintRows
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.time_table import Table
@@ -98,7 +98,7 @@ def heat_flows(case: Case, body: str, view: MeshView, theta: Floats, t: float) -
 
 def vertex_conditions(
     facets: Ints, x: Floats, data: FacetData, rows: Callable[[Floats], Floats], n_columns: int
-) -> Conditions:
+) -> ConstraintRows:
     """Conditions at the vertices, each with the normal of its facets; two at corners.
 
     Args:
@@ -129,7 +129,7 @@ def vertex_conditions(
     vertices, normals, known, value = (np.concatenate(part) for part in zip(*parts, strict=True))
     A = rows(normals)
     use = known.ravel()
-    return Conditions(
+    return ConstraintRows(
         np.repeat(vertices, A.shape[1])[use], A.reshape(-1, n_columns)[use], value.ravel()[use]
     )
 

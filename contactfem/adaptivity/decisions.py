@@ -1,4 +1,4 @@
-"""The fate of a step: advance, repeat, remesh and repeat, or give up."""
+"""The fate of a step: advance, repeat, remesh or give up."""
 
 import math
 from collections.abc import Mapping
@@ -69,7 +69,7 @@ Decision = Advance | RepeatStep | RemeshAndRepeat
 
 
 @dataclass(frozen=True)
-class Lasting:
+class MeshHistory:
     """What accepted steps left behind.
 
     Attributes:
@@ -98,7 +98,7 @@ class Lasting:
 
     def next(
         self, square: float, span: float, rounds: Mapping[str, int], gained: Mapping[str, float]
-    ) -> "Lasting":
+    ) -> "MeshHistory":
         """After one more step.
 
         Args:
@@ -110,7 +110,7 @@ class Lasting:
         new = {problem for problem, count in rounds.items() if count}
         ends = {p: age for p, age in self.age.items() if p in new and age > 0}
         age = {p: (0 if p in new else self.age.get(p, 0)) + 1 for p in ("mechanics", "heat")}
-        return Lasting(
+        return MeshHistory(
             self.square + square,
             self.span + span,
             age,

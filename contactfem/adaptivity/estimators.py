@@ -1,4 +1,4 @@
-"""Estimated errors of stress and heat flux on the meshes of a run, (32)-(36), on all ranks."""
+"""Estimated errors of stress and heat flux (32)-(36)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from contactfem.adaptivity.boundary_data import (
     vertex_conditions,
     vertex_normals,
 )
-from contactfem.adaptivity.recovery.constraints import Conditions as Known
+from contactfem.adaptivity.recovery.constraints import ConstraintRows as Known
 from contactfem.adaptivity.recovery.constraints import heat_flow_rows, traction_rows
 from contactfem.adaptivity.recovery.interface import (
     MechanicalState,
@@ -25,7 +25,7 @@ from contactfem.adaptivity.recovery.interface import (
 from contactfem.adaptivity.recovery.norms import elastic_compliance, sample_points
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ConstraintRows
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.fem.compat import CellExpression
 from contactfem.fem.gathered_mesh import MeshView
@@ -87,7 +87,7 @@ class StressEstimator:
             VertexValues(comm, body.mesh, body.vertex_space),
         )
 
-    def __call__(self, conditions: Sequence[Conditions], t: float) -> list[BodyErrors]:
+    def __call__(self, conditions: Sequence[ConstraintRows], t: float) -> list[BodyErrors]:
         """Errors at the bodies' present displacement, per body; collective.
 
         Args:
@@ -109,18 +109,18 @@ class StressEstimator:
             self._join(interface.name, c, fields)
         return [field.errors() for field in fields.values()]
 
-    def _join(self, name: str, c: Conditions, fields: Mapping[str, RecoveredField]) -> None:
+    def _join(self, name: str, c: ConstraintRows, fields: Mapping[str, RecoveredField]) -> None:
         """Fit both sides of an interface together, (34) and (36)."""
         case, sides = self._case, self._case.interfaces[name]
-        rubs = sides.friction is not None
+        has_friction = sides.friction is not None
         first = _Place(fields, sides.nonmortar)
-        own = MechanicalState(first.normals, c.active, np.full(len(c.active), not rubs))
+        own = MechanicalState(first.normals, c.active, np.full(len(c.active), not has_friction))
         if sides.mortar in case.obstacles:
             first.field.require(_on_obstacle(first.vertices, own))
             return
         second = _Place(fields, sides.mortar)
         touched = _touched(c)
-        other = MechanicalState(second.normals, touched, np.full(len(touched), not rubs))
+        other = MechanicalState(second.normals, touched, np.full(len(touched), not has_friction))
         patches = first.field.side(first.surface), second.field.side(second.surface)
         fits = recover_stress(*patches, own), recover_stress(*patches[::-1], other)
         for place, fit in zip((first, second), fits, strict=True):
@@ -224,7 +224,7 @@ def _thermal_state(place: _Place, passes: Bools, heat: Floats) -> ThermalState:
     return ThermalState(place.normals, passes, heat, np.zeros(len(place.vertices)))
 
 
-def _touched(c: Conditions) -> Bools:
+def _touched(c: ConstraintRows) -> Bools:
     """Mortar nodes that touch: at least half of what is opposite does."""
     M = c.operators.M[:, len(c.status) :]
     share, whole = M.T @ c.active.astype(np.float64), np.asarray(M.sum(axis=0)).ravel()

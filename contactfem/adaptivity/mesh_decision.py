@@ -1,4 +1,4 @@
-"""Whether the meshes of one problem are replaced, and by which sizes: from the errors of cells."""
+"""Whether meshes are replaced, and the sizes of the new ones."""
 
 import math
 from collections.abc import Mapping, Sequence

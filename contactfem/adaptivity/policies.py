@@ -1,4 +1,4 @@
-"""Decisions of the adaptive strategy: new meshes and time steps, from reports of errors."""
+"""Rules for new meshes and time steps, from reports of errors."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""New meshes from size fields, and the state of a run carried over to them, (28)-(31)."""
+"""New meshes from size fields; the state carried over (28)-(31)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from contactfem.adaptivity.anisotropic_layers import flat_cells, regular_rows
 from contactfem.adaptivity.decisions import NewSizes
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats
-from contactfem.contact.state import History
+from contactfem.contact.state import ContactHistory
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.meshes import GivenMeshes
 from contactfem.discretisation.state import State, initial_state
@@ -22,14 +22,14 @@ from contactfem.errors import CaseError
 from contactfem.fem.vertex_values import VertexValues
 from contactfem.heat.body import HeatBody
 from contactfem.heat.ringing import Increments
-from contactfem.laws.active_set import Trial
+from contactfem.laws.active_set import ActiveSet
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mechanics.condensed import Interface
 from contactfem.mechanics.elements import cell_size
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers
 from contactfem.meshes.size_field import size_field
-from contactfem.transfer.lumped_projection import Projection
+from contactfem.transfer.lumped_projection import LumpedProjection
 from contactfem.transfer.surface import SurfaceTransfer
 from contactfem.transfer.volume import VolumeTransfer
 
@@ -67,7 +67,9 @@ def new_meshes(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMes
 
 
 def _made(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
-    warm = {} if present.heat is None else {body.name: body.mesh for body in present.heat.bodies}
+    set_temperature = (
+        {} if present.heat is None else {body.name: body.mesh for body in present.heat.bodies}
+    )
     return GivenMeshes(
         {
             name: _mesh(
@@ -76,7 +78,7 @@ def _made(case: Case, present: Discretisation, sizes: NewSizes) -> GivenMeshes:
             for name, wanted in sizes.mechanical.items()
         },
         {
-            name: _mesh(case, name, warm[name].data, wanted, flat_cells(case, name))
+            name: _mesh(case, name, set_temperature[name].data, wanted, flat_cells(case, name))
             for name, wanted in sizes.thermal.items()
         },
     )
@@ -161,14 +163,14 @@ def _carry_temperatures(old: Thermal, new: Discretisation, state: State) -> None
     for k, (a, b) in enumerate(zip(old.bodies, thermal.bodies, strict=True)):
         if a is b:
             continue
-        move = Projection(comm, a.mesh, b.mesh, a.name)
+        move = LumpedProjection(comm, a.mesh, b.mesh, a.name)
         theta[k] = _carry_heat(comm, move, a, b, theta[k])
         if rate:
             rate[k] = _moved(comm, move.vertices, a, b, rate[k])
     thermal.system.set_held(state.t, theta)
     for link, values in zip(thermal.links if thermal.moving else (), theta, strict=False):
-        link.deform()
-        link.warm(values)
+        link.set_displacement()
+        link.set_temperature(values)
     state.accept_heat(theta, (), new)
     state.rate, state.increments = rate, Increments()
 
@@ -198,27 +200,31 @@ def _surface(old: Discretisation, new: Discretisation, k: int) -> SurfaceTransfe
 
 
 def _history(
-    interface: Interface, history: History, transfer: SurfaceTransfer, t: float, ramp_end: float
-) -> History:
+    interface: Interface,
+    history: ContactHistory,
+    transfer: SurfaceTransfer,
+    t: float,
+    ramp_end: float,
+) -> ContactHistory:
     """What the next step starts from, at the new nodes."""
     operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
     pressure, traction = (
         None if values is None else transfer(values)
         for values in (history.pressure, history.traction)
     )
-    return History(operators.D, operators.M, pressure, traction)
+    return ContactHistory(operators.D, operators.M, pressure, traction)
 
 
-def _nearest(transfer: SurfaceTransfer, start: Trial | None) -> Trial | None:
+def _nearest(transfer: SurfaceTransfer, start: ActiveSet | None) -> ActiveSet | None:
     """Status of the nearest old node."""
     if start is None:
         return None
     at = np.asarray(transfer.matrix.argmax(axis=1)).ravel()
-    return Trial(start.status[at], start.direction[at])
+    return ActiveSet(start.status[at], start.direction[at])
 
 
 def _carry_heat(
-    comm: MPI.Comm, move: Projection, old: HeatBody, new: HeatBody, theta: Floats
+    comm: MPI.Comm, move: LumpedProjection, old: HeatBody, new: HeatBody, theta: Floats
 ) -> Floats:
     """Project temperatures, and keep the heat that they hold to round-off."""
     result = _moved(comm, move, old, new, theta)
@@ -233,7 +239,11 @@ def _carry_heat(
 
 
 def _moved(
-    comm: MPI.Comm, move: VolumeTransfer | Projection, old: HeatBody, new: HeatBody, values: Floats
+    comm: MPI.Comm,
+    move: VolumeTransfer | LumpedProjection,
+    old: HeatBody,
+    new: HeatBody,
+    values: Floats,
 ) -> Floats:
     result = np.zeros(new.n_dofs)
     replicated = VertexValues(comm, old.mesh, old.V).replicate(values)

@@ -1,4 +1,4 @@
-"""New cell sizes from element errors, (41), as a nodal field that a mesh generator can follow.
+"""New cell sizes from element errors (41).
 
 Sizes h are edges of equilateral triangles, or of squares, of the area of a cell.
 """

@@ -1,4 +1,4 @@
-"""Constants of the laws of an interface, from its facets and moduli, for runs and for `check`."""
+"""Parameters of an interface that follow from facets and moduli."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the
 
 
 @dataclass(frozen=True)
-class Constants:
+class ContactParameters:
     """Resolved constants of an interface with n nonmortar nodes.
 
     Attributes:
@@ -37,7 +37,7 @@ class Constants:
 
 def constants(
     interface: Interface, nonmortar: Surface, moduli: tuple[float, float], mortar: Surface | None
-) -> Constants:
+) -> ContactParameters:
     """Constants of an interface of the case.
 
     Args:
@@ -57,7 +57,9 @@ def constants(
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
     c_t = factor * (friction.c_factor if friction else 1.0)
-    return Constants(c, factor, c_t, normal, tangential, search_radius(interface, nonmortar))
+    return ContactParameters(
+        c, factor, c_t, normal, tangential, search_radius(interface, nonmortar)
+    )
 
 
 def search_radius(interface: Interface, nonmortar: Surface) -> float:

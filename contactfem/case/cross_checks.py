@@ -1,4 +1,4 @@
-"""Check that what a case refers to exists, and fits the case's dimension."""
+"""Checks of names and dimensions across the tables of a case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which finite element a body gets: P1 locks near incompressibility, MINI does not."""
+"""The finite element of a body: P1, Q1 or MINI."""
 
 from typing import Literal
 

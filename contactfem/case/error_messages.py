@@ -1,4 +1,4 @@
-"""Say what pydantic found wrong: "dotted.key = found: what is allowed; did you mean 'x'?"."""
+"""Messages for mistakes in a case file."""
 
 import json
 import re

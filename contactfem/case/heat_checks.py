@@ -1,4 +1,4 @@
-"""Check that a case has what heat needs, and nothing that heat alone could use without it."""
+"""Checks of the keys that heat needs."""
 
 from __future__ import annotations
 

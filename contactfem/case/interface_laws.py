@@ -1,4 +1,4 @@
-"""Laws of an interface as a case file gives them: normal contact, friction and heat."""
+"""Laws of an interface in a case file: contact, friction, heat."""
 
 import itertools
 from typing import Annotated, Any, Literal, Self

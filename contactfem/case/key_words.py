@@ -1,4 +1,4 @@
-"""What the keys of a case file mean, a phrase each, where the words of their table do not say."""
+"""Descriptions of the keys of a case file."""
 
 MOTION = {
     "displacement": "motion over time, at rest if not given",

@@ -14,8 +14,8 @@ from contactfem.laws.conductance import Conductance, ConductanceLaw, Constant, G
 from contactfem.laws.friction import (
     Coulomb,
     FrictionLaw,
-    GivenFriction,
     Tresca,
+    UserFriction,
     VariableCoulomb,
     frictionless,
 )
@@ -30,7 +30,7 @@ def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:
     if friction is not None and functions.is_reference(friction.law):
         try:
             function = functions.reference(friction.law).load(case.path.parent)
-            law = GivenFriction(friction.law, function)
+            law = UserFriction(friction.law, function)
             law.check()
         except CaseError as error:
             raise CaseError(f"{case.path}: friction {error}") from None

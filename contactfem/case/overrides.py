@@ -1,4 +1,4 @@
-"""Change what a case file says before it is checked: variants, and "a.b.c=value" from outside."""
+"""Variants of a case file, and values changed by `--set`."""
 
 import json
 import tomllib

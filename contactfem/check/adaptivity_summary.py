@@ -1,4 +1,4 @@
-"""Say which errors a case asks for, and which limits its meshes and steps have."""
+"""Summary of error tolerances and limits of meshes and steps."""
 
 from __future__ import annotations
 

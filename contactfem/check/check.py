@@ -1,4 +1,4 @@
-"""Say what a case models, what it leaves out, and what holds its bodies, without running it."""
+"""Summary of a case before it runs: model, constraints, hints."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

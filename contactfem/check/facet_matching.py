@@ -1,4 +1,4 @@
-"""How the facets of two surfaces compare where they are about to touch, for hints before a run."""
+"""Comparison of facet sizes where two surfaces are about to touch."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Say what a case models of heat, and what it gives without using it."""
+"""Summary of what a case models of heat."""
 
 from __future__ import annotations
 
@@ -22,15 +22,20 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         Title and text.
     """
     if case.heat is None:
-        warm = [name for name, body in case.bodies.items() if any(body.temperature.values)]
-        yield "heat", f"off; temperature given in {', '.join(warm)}" if warm else "off"
+        set_temperature = [
+            name for name, body in case.bodies.items() if any(body.temperature.values)
+        ]
+        yield (
+            "heat",
+            f"off; temperature given in {', '.join(set_temperature)}" if set_temperature else "off",
+        )
     else:
         yield "heat", f"on: {_scheme(case)}, {_passes(case)}"
         own = [name for name, body in case.bodies.items() if body.thermal_mesh is not None]
         yield "thermal meshes", f"own in {', '.join(own)}" if own else "those of mechanics"
         for name, interface in case.interfaces.items():
-            rubs = interface.friction is not None or interface.heat.dissipation is not None
-            yield f"heat at {name}", _interface(interface.heat, rubs=rubs)
+            has_friction = interface.friction is not None or interface.heat.dissipation is not None
+            yield f"heat at {name}", _interface(interface.heat, has_friction=has_friction)
     if unused := sorted(_unused(case)):
         yield "not used", ", ".join(unused)
 
@@ -51,7 +56,7 @@ def _passes(case: Case) -> str:
     return f"in turn with mechanics, up to {case.heat.max_passes} passes"
 
 
-def _interface(heat: InterfaceHeat, *, rubs: bool) -> str:
+def _interface(heat: InterfaceHeat, *, has_friction: bool) -> str:
     """Conductance and the share of frictional heat, in words."""
     laws = {
         "insulated": "insulated",
@@ -60,7 +65,9 @@ def _interface(heat: InterfaceHeat, *, rubs: bool) -> str:
         "gas": f"h = {heat.gas_conductivity} W/m/K / (gap + {heat.gas_distance} m)",
     }
     law = laws.get(heat.law, f"h by {heat.law}")
-    share = f"; {100 * heat.partition:g} % of frictional heat into nonmortar" if rubs else ""
+    share = (
+        f"; {100 * heat.partition:g} % of frictional heat into nonmortar" if has_friction else ""
+    )
     return law + share
 
 

@@ -1,4 +1,4 @@
-"""What `check` says of an interface: its facets, its resolved constants, and hints."""
+"""Summary of an interface: facets, parameters, hints."""
 
 from collections.abc import Iterator
 

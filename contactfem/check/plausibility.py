@@ -1,4 +1,4 @@
-"""What a case may say, but hardly means: loads far above the stiffness, meshes in pieces."""
+"""Doubtful input: loads far above the stiffness, meshes in pieces."""
 
 from collections.abc import Iterator
 

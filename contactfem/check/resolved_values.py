@@ -1,4 +1,4 @@
-"""Everything that a case says, and every default it relies on, as lines in SI."""
+"""All values of a case in SI, defaults included."""
 
 from collections.abc import Iterator
 from pathlib import Path

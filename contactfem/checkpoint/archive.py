@@ -1,4 +1,4 @@
-"""A tree of named arrays, and what JSON can say, in one file that tells whether it is whole."""
+"""A file of named arrays and JSON with a checksum."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""When a run writes its state, and when it stops because it is asked to; the same on all ranks."""
+"""When a run writes its state and when it stops on request."""
 
 import time
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from contactfem.errors import Interrupted, WriteError
 
 
 @dataclass(frozen=True)
-class Moment:
+class RunState:
     """A run between two steps.
 
     Attributes:
@@ -35,10 +35,10 @@ class Moment:
     progress: Progress
 
 
-Writing = Callable[[Moment], str]  # gives why nothing was written; empty if all is well
+Writing = Callable[[RunState], str]  # gives why nothing was written; empty if all is well
 
 
-class Keeper:
+class Checkpointer:
     """Writes checkpoints: by steps or by the clock, before a run is stopped, when it gives up.
 
     Args:
@@ -66,7 +66,7 @@ class Keeper:
         self._every, self._interval = case.output.checkpoint_every, case.output.checkpoint_interval
         self._step, self._time, self._any = -1, time.monotonic(), False
 
-    def visit(self, moment: Moment) -> str:
+    def visit(self, moment: RunState) -> str:
         """Write a checkpoint where one is due, and stop where that is asked for; collective.
 
         Args:
@@ -100,14 +100,14 @@ class Keeper:
             return ""
         return f"; 'contactfem resume {self._folder}' goes on from there"
 
-    def finish(self, moment: Moment) -> str:
+    def finish(self, moment: RunState) -> str:
         """Write the end of a run that has written checkpoints before, so that it can be extended.
 
         Collective; argument and result as for `visit`.
         """
         return self.write(moment) if self._any else ""
 
-    def write(self, moment: Moment) -> str:
+    def write(self, moment: RunState) -> str:
         """Write a checkpoint now; collective. Argument and result as for `visit`."""
         if self._folder is None:
             return ""

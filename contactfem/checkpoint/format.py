@@ -1,4 +1,4 @@
-"""A run as it is written to be resumed: where it stands, its case, and its state as arrays."""
+"""Contents of a checkpoint: progress, case and state."""
 
 import os
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from contactfem import __version__
-from contactfem.adaptivity.decisions import Lasting
+from contactfem.adaptivity.decisions import MeshHistory
 from contactfem.checkpoint.archive import Tree, read_archive, write_archive
 from contactfem.errors import CheckpointError
 from contactfem.results.data import Failure, StepReport
@@ -46,7 +46,7 @@ class Progress:
     reactions: tuple[float, ...] = ()
     segment: int = 0
     pending: bool = False
-    lasting: tuple[Lasting, Lasting] | None = None
+    lasting: tuple[MeshHistory, MeshHistory] | None = None
 
     @property
     def t(self) -> float:

@@ -11,9 +11,9 @@ import scipy.sparse as sp
 from contactfem.checkpoint.archive import Tree
 from contactfem.contact.conditions import relative_motion
 from contactfem.contact.slip import Motion
-from contactfem.contact.state import Conditions, History, Operators
-from contactfem.laws.active_set import Trial
-from contactfem.laws.friction import Limit
+from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
+from contactfem.laws.active_set import ActiveSet
+from contactfem.laws.friction import FrictionBound
 
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange
@@ -38,33 +38,33 @@ def packed(item: Any) -> Tree:
         elif sp.issparse(value):
             parts = {"data": value.data, "indices": value.indices, "indptr": value.indptr}
             tree[name] = parts | {"shape": np.array(value.shape)}
-        elif not (value is None or isinstance(value, Operators | Motion)):
+        elif not (value is None or isinstance(value, MortarOperators | Motion)):
             tree[name] = packed(value)
     return tree
 
 
-def history(tree: Tree) -> History:
+def history(tree: Tree) -> ContactHistory:
     """What a step starts from, of its tree."""
-    return _unpacked(History, tree)
+    return _unpacked(ContactHistory, tree)
 
 
-def trial(tree: Tree) -> Trial:
+def trial(tree: Tree) -> ActiveSet:
     """Contact status to start from, of its tree."""
-    return _unpacked(Trial, tree)
+    return _unpacked(ActiveSet, tree)
 
 
-def conditions(tree: Tree, operators: Operators) -> Conditions:
+def conditions(tree: Tree, operators: MortarOperators) -> ContactState:
     """Contact conditions of their tree.
 
     Args:
         tree: From `packed`.
         operators: At the positions of the conditions.
     """
-    limit = _unpacked(Limit, tree["limit"])
+    limit = _unpacked(FrictionBound, tree["limit"])
     before = history(tree["history"])
     inner = {"operators": operators, "history": before, "limit": limit}
     inner["motion"] = relative_motion(operators, before)
-    return _unpacked(Conditions, tree | inner)
+    return _unpacked(ContactState, tree | inner)
 
 
 def exchange(tree: Tree) -> HeatExchange:

@@ -1,4 +1,4 @@
-"""The state of a run as arrays in input numbering, and back on any number of ranks."""
+"""The state of a run as arrays, for any number of ranks."""
 
 from __future__ import annotations
 
@@ -89,15 +89,19 @@ def _of_state(discretisation: Discretisation, state: State) -> Tree:
     """Collective; whole on the first rank."""
     system, heat = discretisation.system, discretisation.heat
     pairs = zip(discretisation.bodies.items(), state.u, strict=True)
-    others = len(system.grips) + len(system.multipliers)  # stand first, on the first rank
+    others = len(system.tied) + len(system.multipliers)  # stand first, on the first rank
     tree: Tree = {
         "t": np.array(state.t),
         "dt": np.array(state.dt),
         "repeatable": np.array(state.repeatable),
         "displacement": {name: _gathered(system.comm, body.V, u) for (name, body), u in pairs},
         "warmth": {
-            body.name: _gathered(system.comm, body.temperature.function_space, warmth)
-            for body, warmth in zip(system.bodies, state.warmth, strict=False)
+            body.name: _gathered(
+                system.comm, body.temperature.function_space, mechanical_temperature
+            )
+            for body, mechanical_temperature in zip(
+                system.bodies, state.mechanical_temperature, strict=False
+            )
             if body.temperature is not None
         },
         "others": state.x[:others],

@@ -1,4 +1,4 @@
-"""All keys of a case file as a page of Markdown, and the JSON schema that it is made from."""
+"""Reference of all keys: JSON schema and Markdown page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`contactfem run` and `resume`: one voice and one exit code, however many ranks there are."""
+"""`contactfem run` and `contactfem resume`."""
 
 import shlex
 import sys

@@ -1,4 +1,4 @@
-"""`contactfem study`: its words on the command line, and the study that they ask for."""
+"""`contactfem study`."""
 
 from __future__ import annotations
 

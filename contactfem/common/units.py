@@ -1,4 +1,4 @@
-"""Quantities of a case file as types: read from "35 N/mm^2", kept as SI floats.
+"""Quantities of a case file: "35 N/mm^2" becomes a float in SI.
 
 A model validated with the context `STRICT` (every case file is) takes strings with units only;
 models made in Python also take plain numbers, as SI.

@@ -1,4 +1,4 @@
-"""A user's function in a Python file, as a case file names it: "file.py:function"."""
+"""A user's function, named "file.py:function" in a case file."""
 
 import importlib.util
 import re

@@ -1,4 +1,4 @@
-"""Contact of one interface: conditions at the nonmortar nodes, forces, and their exact tangent."""
+"""Contact conditions at the nonmortar nodes of one interface."""
 
 from dataclasses import dataclass, field, replace
 
@@ -10,10 +10,10 @@ from mpi4py import MPI
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.contact.slip import Motion, motion
-from contactfem.contact.state import Conditions, History, Operators
-from contactfem.laws.active_set import Status, Trial
-from contactfem.laws.complementarity import Tie, stick_or_slip, trial
-from contactfem.laws.edge_stabilisation import rim_compliance
+from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
+from contactfem.laws.active_set import ActiveSet, Status
+from contactfem.laws.complementarity import Regularisation, stick_or_slip, trial
+from contactfem.laws.edge_stabilisation import edge_compliance
 from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
 from contactfem.mortar.interface_mesh import (
     InterfaceMesh,
@@ -52,7 +52,7 @@ class ContactLaw:
     augmented: bool = False
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether there is friction."""
         return self.friction is not frictionless
 
@@ -73,7 +73,7 @@ class Contact:
         k = len(mesh.nonmortar)
         self.my_facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
 
-    def operators(self, x: Floats) -> Operators:
+    def operators(self, x: Floats) -> MortarOperators:
         """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
         mesh, n = self.mesh, self.mesh.n_nonmortar
         normals = nodal_normals(mesh, x)
@@ -90,9 +90,11 @@ class Contact:
         M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
         gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
         full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return Operators(x, normals, D, M, gap, full, length, segments, mesh)
+        return MortarOperators(x, normals, D, M, gap, full, length, segments, mesh)
 
-    def conditions(self, operators: Operators, multiplier: Floats, history: History) -> Conditions:
+    def conditions(
+        self, operators: MortarOperators, multiplier: Floats, history: ContactHistory
+    ) -> ContactState:
         """Status of every node from its trial state, and the residuals of the conditions.
 
         Args:
@@ -111,21 +113,28 @@ class Contact:
         moved = relative_motion(operators, history)
         slip = moved.slip
         estimate = self._estimates(history)
-        normal = Tie(law.normal_compliance, estimate[0]), Tie(kappa, p[rim])
+        normal = Regularisation(law.normal_compliance, estimate[0]), Regularisation(kappa, p[rim])
         before = self._before(history, rim)
-        tangential = Tie(law.tangential_compliance, estimate[1]), Tie(kappa, t[rim] + before)
+        tangential = (
+            Regularisation(law.tangential_compliance, estimate[1]),
+            Regularisation(kappa, t[rim] + before),
+        )
         p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
         t_trial = trial(t, slip, law.c_t * law.c, tangential)
         limit = law.friction(self._slip_state(p_trial, slip, history)).value
-        found = stick_or_slip(p_trial, t_trial, limit, law.rubs)
-        status = np.where(self.mesh.carries, found.status, Status.NONE).astype(np.int8)
+        found = stick_or_slip(p_trial, t_trial, limit, law.has_friction)
+        status = np.where(self.mesh.has_multiplier, found.status, Status.NONE).astype(np.int8)
         return self._rows(
             operators, history, multiplier, moved, status, found.direction, (rim, kappa, slope),
         )  # fmt: skip
 
     def imposed(
-        self, operators: Operators, multiplier: Floats, history: History, start: Trial
-    ) -> Conditions:
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        start: ActiveSet,
+    ) -> ContactState:
         """As `conditions`, with a given status instead of the trial one.
 
         Args:
@@ -139,7 +148,7 @@ class Contact:
         """
         moved = relative_motion(operators, history)
         status = np.where(operators.D > 0.0, start.status, Status.OPEN)
-        status = np.where(self.mesh.carries, status, Status.NONE).astype(np.int8)
+        status = np.where(self.mesh.has_multiplier, status, Status.NONE).astype(np.int8)
         direction = np.where(status == Status.SLIP, start.direction, 0.0)
         return self._rows(
             operators, history, multiplier, moved, status, direction, self._rim(operators)
@@ -147,14 +156,14 @@ class Contact:
 
     def _rows(
         self,
-        operators: Operators,
-        history: History,
+        operators: MortarOperators,
+        history: ContactHistory,
         multiplier: Floats,
         moved: Motion,
         status: NDArray[np.int8],
         direction: Floats,
         rim_rule: tuple[Ints, Floats, Floats],
-    ) -> Conditions:
+    ) -> ContactState:
         """Residuals of the conditions that belong to a status."""
         (rim, kappa, slope), slip = rim_rule, moved.slip
         # A node that was not covered before this step has no slip: it follows its neighbour.
@@ -168,24 +177,24 @@ class Contact:
         estimate = self._estimates(history)
         elastic = self.law.tangential_compliance * (t - estimate[1])
         normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
-        rim_traction = t - t[rim] - self._before(history, rim)
-        stick_row = slip - kappa * rim_traction - elastic
+        edge_traction = t - t[rim] - self._before(history, rim)
+        stick_row = slip - kappa * edge_traction - elastic
         limit = self.law.friction(self._slip_state(p, slip, history))
         slip_row = t - direction * limit.value
         tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
-        return Conditions(
+        return ContactState(
             operators, history, multiplier, p, t, moved, np.where(active, slip, 0.0),
             np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
-            rim_traction,
+            edge_traction,
             np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
         )  # fmt: skip
 
-    def _slip_state(self, p: Floats, slip: Floats, history: History) -> SlipState:
+    def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
         return SlipState(p, np.abs(slip) / history.dt, temperature)
 
-    def augmented(self, c: Conditions, tolerance: Floats) -> History | None:
+    def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
         """Next estimates of an augmented Lagrangian.
 
         Args:
@@ -204,7 +213,7 @@ class Contact:
         return replace(c.history, pressure=c.pressure, traction=c.traction)
 
     @staticmethod
-    def _before(history: History, rim: Ints) -> Floats:
+    def _before(history: ContactHistory, rim: Ints) -> Floats:
         """t_j - t_k at the start of the step [Pa].
 
         Slip is an increment of the step, so the rim rule must tie it to an increment as well:
@@ -213,7 +222,7 @@ class Contact:
         t = np.zeros(len(rim)) if history.traction is None else history.traction
         return np.asarray(t - t[rim])
 
-    def _estimates(self, history: History) -> tuple[Floats, Floats]:
+    def _estimates(self, history: ContactHistory) -> tuple[Floats, Floats]:
         """Values that compliances tie to: p̂, zero unless augmented, and t̂ [Pa]."""
         zero = np.zeros(self.mesh.n_nonmortar)
         pressure = history.pressure if self.law.augmented else None
@@ -222,19 +231,19 @@ class Contact:
             zero if history.traction is None else history.traction,
         )
 
-    def _rim(self, operators: Operators) -> tuple[Ints, Floats, Floats]:
+    def _rim(self, operators: MortarOperators) -> tuple[Ints, Floats, Floats]:
         """Rim rule: the better covered neighbour of every node, κ and dκ/df."""
-        kappa, slope = rim_compliance(operators.cover, self.law.c)
+        kappa, slope = edge_compliance(operators.coverage, self.law.c)
         own = np.arange(self.mesh.n_nonmortar)
         nodes = np.where(self.mesh.neighbours < 0, own[:, None], self.mesh.neighbours)
-        cover = np.where(self.mesh.carries, operators.cover, -1.0)[nodes]
-        cover[nodes == own[:, None]] = -1.0
-        best = np.argmax(cover, 1)
-        acts = (kappa > 0.0) & (cover[own, best] > 0.0) & self.mesh.carries
+        coverage = np.where(self.mesh.has_multiplier, operators.coverage, -1.0)[nodes]
+        coverage[nodes == own[:, None]] = -1.0
+        best = np.argmax(coverage, 1)
+        acts = (kappa > 0.0) & (coverage[own, best] > 0.0) & self.mesh.has_multiplier
         return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
 
 
-def relative_motion(operators: Operators, history: History) -> Motion:
+def relative_motion(operators: MortarOperators, history: ContactHistory) -> Motion:
     """Relative motion of the two sides from the start of the step to where operators are."""
     before = history.D, history.M
     return motion(operators.x, operators.normals.tangent, operators.M, before)

@@ -3,13 +3,15 @@
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 
 TOUCH = 1e-9  # gap over facet length at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool) -> Trial | None:
+def initial_active_set(
+    gap: Floats, size: Floats, seen: Bools, held_by_contact: bool
+) -> ActiveSet | None:
     """Status that a first contact starts from: some nodes stick for one iteration.
 
     Args:
@@ -29,4 +31,4 @@ def first_contact(gap: Floats, size: Floats, seen: Bools, held_by_contact: bool)
     if not stick.any():
         return None
     status = np.where(stick, Status.STICK, Status.OPEN).astype(np.int8)
-    return Trial(status, np.zeros(len(gap)))
+    return ActiveSet(status, np.zeros(len(gap)))

@@ -1,11 +1,11 @@
-"""Whether the forces on the two sides of an interface balance: they do, their moments almost."""
+"""Resultant force and moment of the contact forces."""
 
 import numpy as np
 
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 
 
-def defects(c: Conditions) -> tuple[float, float]:
+def defects(c: ContactState) -> tuple[float, float]:
     """Force and moment that the forces f on the nodes x of both sides leave over.
 
     |Σ f| / Σ |f| is round-off, as Σ_l M_jl = D_jj. |Σ (x - x̄) × f| / (R Σ |f|) is of the order h²

@@ -1,4 +1,4 @@
-"""Relative motion of the two sides of an interface since the start of a step."""
+"""Objective slip increment of a step (3)."""
 
 from dataclasses import dataclass
 

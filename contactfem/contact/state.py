@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.slip import Motion
 from contactfem.laws.active_set import Status
-from contactfem.laws.friction import Limit
+from contactfem.laws.friction import FrictionBound
 from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths
 from contactfem.mortar.normals import NormalField
 from contactfem.mortar.segments import Segments
@@ -18,7 +18,7 @@ from contactfem.mortar.sparse import Sparse
 
 
 @dataclass(frozen=True)
-class History:
+class ContactHistory:
     """What a step starts from.
 
     Attributes:
@@ -39,7 +39,7 @@ class History:
 
 
 @dataclass(frozen=True)
-class Operators:
+class MortarOperators:
     """Mortar operators at one configuration, the same on all ranks.
 
     Attributes:
@@ -70,7 +70,7 @@ class Operators:
         return facet_lengths(self.mesh, self.x)[1]
 
     @property
-    def cover(self) -> Floats:
+    def coverage(self) -> Floats:
         """Covered share f of each node's facets [-]."""
         return self.D / self.full
 
@@ -81,7 +81,7 @@ class Operators:
 
 
 @dataclass(frozen=True)
-class Conditions:
+class ContactState:
     """Contact conditions at one state, the same on all ranks; n nonmortar nodes.
 
     Attributes:
@@ -104,8 +104,8 @@ class Conditions:
         limit: Largest traction and its derivatives, (n,) each.
     """
 
-    operators: Operators
-    history: History
+    operators: MortarOperators
+    history: ContactHistory
     multiplier: Floats
     pressure: Floats
     traction: Floats
@@ -117,10 +117,10 @@ class Conditions:
     rim: Ints
     kappa: Floats
     kappa_slope: Floats
-    rim_traction: Floats
+    edge_traction: Floats
     normal_row: Floats
     tangential_row: Floats
-    limit: Limit
+    limit: FrictionBound
 
     @property
     def active(self) -> Bools:

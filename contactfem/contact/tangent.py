@@ -1,4 +1,4 @@
-"""Exact tangent of the contact conditions and of the contact forces of one interface."""
+"""Exact tangent of contact conditions and contact forces."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.conditions import Contact
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.laws.active_set import Status
 from contactfem.mortar.normals import NormalField
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
@@ -34,7 +34,7 @@ class Tangent:
     D_by_position: Sparse
 
 
-def linearise(contact: Contact, conditions: Conditions) -> Tangent:
+def linearise(contact: Contact, conditions: ContactState) -> Tangent:
     """Differentiate the contact forces and conditions at a state.
 
     Args:
@@ -61,7 +61,7 @@ def linearise(contact: Contact, conditions: Conditions) -> Tangent:
     return Tangent(by_multiplier, rows.part(0, first), rows.part(first, size))
 
 
-def _entries(contact: Contact, conditions: Conditions) -> Mortar:
+def _entries(contact: Contact, conditions: ContactState) -> Mortar:
     """Differentiated operators of this rank's facets with an active node."""
     mesh, operators = contact.mesh, conditions.operators
     needed = np.asarray(conditions.active[mesh.nonmortar].any(axis=1))
@@ -70,7 +70,7 @@ def _entries(contact: Contact, conditions: Conditions) -> Mortar:
     return assemble(mesh, operators.x, segments, operators.normals)
 
 
-def _by_multiplier(contact: Contact, c: Conditions) -> Sparse:
+def _by_multiplier(contact: Contact, c: ContactState) -> Sparse:
     """Derivative of all rows with respect to the multipliers."""
     n, n_nodes = contact.mesh.n_nonmortar, contact.mesh.n_nodes
     normal, tangent = c.operators.normals.n, c.operators.normals.tangent
@@ -98,13 +98,13 @@ def _by_multiplier(contact: Contact, c: Conditions) -> Sparse:
     return Sparse.of_triplets(kept, (first + 2 * n, 2 * n))
 
 
-def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> list[Triplets]:
+def _by_entries(contact: Contact, c: ContactState, entries: Mortar) -> list[Triplets]:
     """Derivative of all rows with respect to the entries of D, M and g at fixed λ and positions."""
     n_nodes = contact.mesh.n_nodes
     op, history = c.operators, c.history
     j, e = entries.row, np.arange(len(entries.row))
     first = 2 * n_nodes
-    p, t = c.pressure - c.pressure[c.rim], c.rim_traction
+    p, t = c.pressure - c.pressure[c.rim], c.edge_traction
     slope = c.kappa_slope / op.full
     active, stick = c.active[j], (c.status == Status.STICK)[j]
     is_D, is_gap, is_M = entries.col == D_ENTRY, entries.col == GAP_ENTRY, entries.col >= 0
@@ -129,7 +129,7 @@ def _by_entries(contact: Contact, c: Conditions, entries: Mortar) -> list[Triple
     return triplets
 
 
-def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
+def _by_nodes(contact: Contact, c: ContactState, mine: Bools) -> list[Triplets]:
     """Derivatives of some nodes through normals, facet lengths and positions at fixed D, M, g."""
     n_nodes, op = contact.mesh.n_nodes, c.operators
     a_n, a_t = contact.law.normal_compliance, contact.law.tangential_compliance
@@ -153,8 +153,8 @@ def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
         _on_normals(op.normals, *joined(through_normals)),
         _slip_by_position(contact, c, moved),
     ]
-    p, t = c.pressure - c.pressure[rim], c.rim_traction
-    by_full = -c.kappa_slope * op.cover / op.full
+    p, t = c.pressure - c.pressure[rim], c.edge_traction
+    by_full = -c.kappa_slope * op.coverage / op.full
     if by_full.any():  # only where the rim rule acts
         through_lengths = joined(
             [
@@ -167,21 +167,21 @@ def _by_nodes(contact: Contact, c: Conditions, mine: Bools) -> list[Triplets]:
     return parts
 
 
-def _by_slip(c: Conditions) -> Floats:
+def _by_slip(c: ContactState) -> Floats:
     """Derivative of the tangential condition with respect to slip: 1 in stick, -σ db/ds in slip."""
     seen = c.history.D > 0.0
     by_speed = -c.direction * c.limit.by_speed * np.sign(c.slip) / c.history.dt
     return np.where(c.status == Status.STICK, 1.0, np.where(seen & c.active, by_speed, 0.0))
 
 
-def _slip_by_normal(c: Conditions) -> Floats:
+def _slip_by_normal(c: ContactState) -> Floats:
     """D s_j / d n_j at fixed w_j: w·dτ = (-w_y, w_x)·dn, over D⁰."""
     w = c.motion.w
     D0 = np.where(c.history.D > 0.0, c.history.D, np.inf)
     return np.asarray(np.column_stack((-w[:, 1], w[:, 0])) / D0[:, None])
 
 
-def _slip_by_position(contact: Contact, c: Conditions, moved: Ints) -> Triplets:
+def _slip_by_position(contact: Contact, c: ContactState, moved: Ints) -> Triplets:
     """Through s_j at fixed D, M, τ: τ_j·Σ_l (M_jl - M⁰_jl)(dx_l - dx_j) / D⁰, of some nodes."""
     chosen = np.zeros(contact.mesh.n_nonmortar, bool)
     chosen[moved] = True

@@ -1,4 +1,4 @@
-"""From a case to its discretisation: meshes on the ranks, system of equations, interfaces."""
+"""From a case to meshes, equations and interfaces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from contactfem.discretisation.interfaces import (
     vertices_of_sides,
 )
 from contactfem.discretisation.meshes import GivenMeshes, mechanical_mesh, thermal_mesh
-from contactfem.fem.dof_numbering import Grip, Prescribed
+from contactfem.fem.dof_numbering import Prescribed, TiedDofs
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Interface
@@ -52,7 +52,7 @@ class Discretisation:
     system: System
     interfaces: tuple[Interface, ...]
     held: tuple[str, ...]
-    unheld: frozenset[str]
+    unrestrained: frozenset[str]
     heat: Thermal | None = None
 
 
@@ -111,7 +111,7 @@ def _mechanics(
         }
     with timers.book("setup"):
         index = {name: k for k, name in enumerate(bodies)}
-        prescribed, grips, held = [], [], []
+        prescribed, tied, held = [], [], []
         for condition in case.conditions:
             vertices = vertices_of_condition(condition, meshes, comm)
             for axis, table in condition.components().items():
@@ -119,13 +119,13 @@ def _mechanics(
                 prescribed.append(Prescribed(body, vertices, component, table))
                 held.append(f"{condition.on}.{axis}")
             for axis, table in (condition.grip.force if condition.grip else {}).items():
-                grips.append(Grip(index[condition.body], vertices, AXES.index(axis), table))
+                tied.append(TiedDofs(index[condition.body], vertices, AXES.index(axis), table))
         if case.axisymmetric:  # a point on the axis stays on it
             for name, k in index.items():
                 prescribed.append(Prescribed(k, on_axis(meshes[name], comm), 0, constant(0.0)))
                 held.append(f"{name} on the axis.x")
         multipliers = multiplier_count(case, meshes) if case.solver.system == "saddle" else 0
-        system = System(comm, list(bodies.values()), prescribed, grips, multipliers)
+        system = System(comm, list(bodies.values()), prescribed, tied, multipliers)
         shared = shared_nodes(
             {name: vertices_of_sides(case, name, index, meshes) for name in case.interfaces}
         )
@@ -134,8 +134,10 @@ def _mechanics(
             for name in (case.interfaces if case.mechanics else ())
         )
         check_shared({interface.name: interface.nodes.mesh for interface in interfaces})
-        unheld = frozenset(name for name in bodies if is_unrestrained(case, name, meshes[name]))
-    return Discretisation(bodies, system, interfaces, tuple(held), unheld)
+        unrestrained = frozenset(
+            name for name in bodies if is_unrestrained(case, name, meshes[name])
+        )
+    return Discretisation(bodies, system, interfaces, tuple(held), unrestrained)
 
 
 def _heat(

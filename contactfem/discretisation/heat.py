@@ -1,4 +1,4 @@
-"""From a case and its mechanical discretisation to the heat side of the run."""
+"""From a case to the equations of heat."""
 
 from collections.abc import Mapping
 
@@ -18,7 +18,7 @@ from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad, PlaceTime
 from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
 from contactfem.heat.interface_nodes import HeatNodes
-from contactfem.heat.system import HeatSystem, HeldTemperature
+from contactfem.heat.system import HeatSystem, PrescribedTemperature
 from contactfem.heat.time_schemes import scheme
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mortar.sides import BodySide, RigidSide
@@ -27,7 +27,7 @@ from contactfem.thermomechanics.interface_transfer import InterfaceLink
 from contactfem.thermomechanics.thermal_problem import Thermal
 from contactfem.transfer.surface import SurfaceTransfer
 
-HELD = 1.0 - 1e-9  # share of the mechanical nodes around a thermal one that are held
+PRESCRIBED = 1.0 - 1e-9  # share of the mechanical nodes around a thermal one that are held
 
 
 def discretise_heat(
@@ -71,7 +71,7 @@ def discretise_heat(
         if condition.temperature is not None:
             vertices = meshes[condition.body].surface(condition.surface or "").vertices
             value = _field(case, condition.temperature)
-            held.append(HeldTemperature(index[condition.body], vertices, value))
+            held.append(PrescribedTemperature(index[condition.body], vertices, value))
             names.append(condition.on)
     system = HeatSystem(comm, heat, held, scheme(case.heat.scheme), case.heat.petsc, timers)
     links = [BodyLink(comm, bodies[name], heat[k]) for name, k in index.items()]
@@ -175,7 +175,7 @@ def _interface(
     moves = np.ones((count + len(second.X), 2), bool)
     if free is not None:
         held = to_heat((~free[: len(mechanical.X)]).astype(np.float64))
-        moves[:count] = held < HELD
+        moves[:count] = held < PRESCRIBED
     nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
     temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
     law = HeatInterfaceLaw(
@@ -187,6 +187,6 @@ def _interface(
         to_mechanics,
         interface.heat.pressure,
         interface.heat.dissipation,
-        rubs=interface.friction is not None,
+        has_friction=interface.friction is not None,
         surface=mechanical,
     )

@@ -1,4 +1,4 @@
-"""What is observed of a step as a whole: forces of the interfaces, and temperatures."""
+"""Resultants of a step: interface forces, largest and mean temperature."""
 
 from collections.abc import Sequence
 
@@ -7,13 +7,13 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
-from contactfem.results.data import Observed
+from contactfem.results.data import Observables
 
 
 def forces(
-    discretisation: Discretisation, conditions: Sequence[Conditions]
+    discretisation: Discretisation, conditions: Sequence[ContactState]
 ) -> dict[str, tuple[float, float]]:
     """Resultant of every interface on its mortar side [N/m].
 
@@ -30,9 +30,9 @@ def forces(
 
 def observed(
     discretisation: Discretisation,
-    conditions: Sequence[Conditions],
+    conditions: Sequence[ContactState],
     theta: Sequence[Floats] | None,
-) -> Observed:
+) -> Observables:
     """Forces, and the hottest and the mean temperature, the latter by ρ₀ c; collective.
 
     Args:
@@ -43,9 +43,9 @@ def observed(
     found = forces(discretisation, conditions)
     thermal = discretisation.heat
     if theta is None or thermal is None:
-        return Observed(found, None, None)
+        return Observables(found, None, None)
     mine = max(float(values.max(initial=-np.inf)) for values in theta)
     top = float(thermal.system.comm.allreduce(mine, MPI.MAX))
     ones = [np.ones_like(values) for values in theta]
     capacity = thermal.product(ones, ones)
-    return Observed(found, top, thermal.product(ones, theta) / capacity if capacity else None)
+    return Observables(found, top, thermal.product(ones, theta) / capacity if capacity else None)

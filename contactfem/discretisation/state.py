@@ -1,4 +1,4 @@
-"""What a run knows between steps: everything that a failed step must give back."""
+"""State of a run between two steps."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions, History
+from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.heat.ringing import Increments
-from contactfem.laws.active_set import Trial
+from contactfem.laws.active_set import ActiveSet
 
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange
@@ -43,25 +43,25 @@ class State:
     t: float
     x: Floats
     u: list[Floats]
-    histories: tuple[History, ...]
+    histories: tuple[ContactHistory, ...]
     slip: list[Floats]
-    conditions: tuple[Conditions, ...] = field(default=())
+    conditions: tuple[ContactState, ...] = field(default=())
     theta: list[Floats] = field(default_factory=list)
     thermal_u: list[Floats] = field(default_factory=list)
     dt: float = 0.0
     repeatable: bool = False
     rate: list[Floats] = field(default_factory=list)
-    guess: tuple[Trial | None, ...] = ()
-    warmth: list[Floats] = field(default_factory=list)
+    guess: tuple[ActiveSet | None, ...] = ()
+    mechanical_temperature: list[Floats] = field(default_factory=list)
     exchanges: tuple[HeatExchange, ...] = ()
     increments: Increments = field(default_factory=Increments)
 
-    def starts(self) -> tuple[Trial | None, ...]:
+    def starts(self) -> tuple[ActiveSet | None, ...]:
         """Contact status that the next step may start from, per interface; None to find it."""
         if not self.conditions:
             return self.guess or (None,) * len(self.histories)
         return tuple(
-            Trial(c.status, c.direction) if c.active.any() else None for c in self.conditions
+            ActiveSet(c.status, c.direction) if c.active.any() else None for c in self.conditions
         )
 
     def restore(self, discretisation: Discretisation) -> None:
@@ -71,13 +71,15 @@ class State:
             body.u.x.array[:] = u
         if discretisation.heat is not None:
             heat = zip(discretisation.heat.bodies, self.thermal_u, self.theta, strict=True)
-            for warm, moved, theta in heat:
-                warm.u.x.array[:], warm.theta.x.array[:] = moved, theta
-            for link, warmth in zip(discretisation.heat.links, self.warmth, strict=True):
-                link.warmth[:] = warmth
+            for set_temperature, moved, theta in heat:
+                set_temperature.u.x.array[:], set_temperature.theta.x.array[:] = moved, theta
+            for link, mechanical_temperature in zip(
+                discretisation.heat.links, self.mechanical_temperature, strict=True
+            ):
+                link.mechanical_temperature[:] = mechanical_temperature
 
     def accept(
-        self, t: float, discretisation: Discretisation, conditions: list[Conditions]
+        self, t: float, discretisation: Discretisation, conditions: list[ContactState]
     ) -> None:
         """Make the bodies' present state the last good one.
 
@@ -90,7 +92,7 @@ class State:
         self.x = discretisation.system.x.array.copy()
         self.u = [body.u.x.array.copy() for body in discretisation.system.bodies]
         self.histories = tuple(
-            History(c.operators.D, c.operators.M, c.pressure, c.traction) for c in conditions
+            ContactHistory(c.operators.D, c.operators.M, c.pressure, c.traction) for c in conditions
         )
         self.slip = [slip + c.slip for slip, c in zip(self.slip, conditions, strict=True)]
         self.conditions = tuple(conditions)
@@ -111,7 +113,9 @@ class State:
         assert discretisation.heat is not None
         self.theta, self.exchanges = theta, tuple(exchanges)
         self.thermal_u = discretisation.heat.displacements()
-        self.warmth = [link.warmth.copy() for link in discretisation.heat.links]
+        self.mechanical_temperature = [
+            link.mechanical_temperature.copy() for link in discretisation.heat.links
+        ]
         for body, values in zip(discretisation.heat.bodies, theta, strict=True):
             body.theta.x.array[:] = values
 
@@ -126,7 +130,7 @@ def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     histories = []
     for interface in discretisation.interfaces:
         operators = interface.contact.operators(interface.nodes.positions(0.0, ramp_end))
-        histories.append(History(operators.D, operators.M))
+        histories.append(ContactHistory(operators.D, operators.M))
     state = State(
         0.0,
         discretisation.system.x.array.copy(),

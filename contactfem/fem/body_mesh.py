@@ -1,4 +1,4 @@
-"""A body's mesh spread over the ranks, with the way back to the numbering it was read in."""
+"""A body's mesh distributed over the ranks, with its input numbering."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

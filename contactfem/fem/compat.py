@@ -1,4 +1,4 @@
-"""Differences between dolfinx 0.9 and 0.11; no other module asks for the version."""
+"""Differences between dolfinx 0.9, 0.10 and 0.11."""
 
 import ctypes
 from functools import cache

@@ -1,4 +1,4 @@
-"""Numbers of the unknowns of several bodies: which there are, and the way to and from each body.
+"""Global numbers of the unknowns of several bodies.
 
 Every scalar dof of every body has a global number, -1 where its value is prescribed; the dofs of a
 grip's free component share one number. Assembly through these maps drops and ties by itself.
@@ -72,7 +72,7 @@ class Prescribed:
 
 
 @dataclass(frozen=True)
-class Grip:
+class TiedDofs:
     """Vertices of a body that move as one in one component, under a force over time [N/m]."""
 
     body: int
@@ -87,7 +87,7 @@ class Numbering:
 
     Attributes:
         unknown: Of every body's local scalar dofs, int64; -1 where prescribed.
-        grips: Of the grips.
+        tied: Of the tied dofs.
         multipliers: Of contact multipliers that are unknowns.
         first: First number of this rank.
         n_local: Numbers of this rank.
@@ -95,7 +95,7 @@ class Numbering:
     """
 
     unknown: tuple[Ints, ...]
-    grips: Ints
+    tied: Ints
     multipliers: Ints
     first: int
     n_local: int
@@ -106,16 +106,16 @@ def number(
     comm: MPI.Comm,
     fields: Sequence[Field],
     prescribed: Sequence[Place],
-    grips: Sequence[Grip],
+    tied: Sequence[TiedDofs],
     n_multipliers: int = 0,
 ) -> Numbering:
-    """Number all unknowns: rank by rank; on the first grips and multipliers, then body by body.
+    """Number all unknowns: rank by rank; on the first tied dofs, multipliers, then body by body.
 
     Args:
         comm: All ranks.
         fields: The bodies' fields.
         prescribed: Where values are prescribed.
-        grips: Grips.
+        tied: Dofs of grips that move as one.
         n_multipliers: Number of contact multipliers.
 
     Returns:
@@ -128,7 +128,7 @@ def number(
     for p in prescribed:
         own[p.body][fields[p.body].dofs(p.vertices, p.component)] = PRESCRIBED
     clash = False
-    for k, g in enumerate(grips):
+    for k, g in enumerate(tied):
         dofs = fields[g.body].dofs(g.vertices, g.component)
         clash = clash or bool((own[g.body][dofs] != -2).any())
         own[g.body][dofs] = -3 - k
@@ -136,7 +136,7 @@ def number(
         raise CaseError("a grip's free component is held by another condition at some vertex")
     owned = [field.n_owned for field in fields]
     counts = [int((a[:n] == -2).sum()) for a, n in zip(own, owned, strict=True)]
-    others = len(grips) + n_multipliers if comm.rank == 0 else 0
+    others = len(tied) + n_multipliers if comm.rank == 0 else 0
     n_local = sum(counts) + others
     first = sum(comm.allgather(n_local)[: comm.rank])
     start = first + others
@@ -149,13 +149,13 @@ def number(
         vector.scatter_forward()
         result = vector.array.astype(np.int64)
         result[a == PRESCRIBED] = PRESCRIBED
-        for k in range(len(grips)):
+        for k in range(len(tied)):
             result[a == -3 - k] = k
         unknown.append(result)
         start += count
-    multipliers = len(grips) + np.arange(n_multipliers)
+    multipliers = len(tied) + np.arange(n_multipliers)
     n_global = comm.allreduce(n_local)
-    return Numbering(tuple(unknown), np.arange(len(grips)), multipliers, first, n_local, n_global)
+    return Numbering(tuple(unknown), np.arange(len(tied)), multipliers, first, n_local, n_global)
 
 
 def pairs(dofs: Ints) -> tuple[Ints, Ints]:
@@ -178,7 +178,7 @@ class Unknowns:
         comm: All ranks.
         fields: The bodies' fields.
         prescribed: Prescribed values.
-        grips: Grips.
+        tied: Dofs of grips that move as one.
         n_multipliers: Number of contact multipliers that are unknowns, beside the bodies' dofs.
     """
 
@@ -187,11 +187,11 @@ class Unknowns:
         comm: MPI.Comm,
         fields: Sequence[Field],
         prescribed: Sequence[Place],
-        grips: Sequence[Grip],
+        tied: Sequence[TiedDofs],
         n_multipliers: int = 0,
     ) -> None:
         self.comm = comm
-        self.numbering = n = number(comm, fields, prescribed, grips, n_multipliers)
+        self.numbering = n = number(comm, fields, prescribed, tied, n_multipliers)
         self.x = PETSc.Vec().createMPI((n.n_local, n.n_global), comm=comm)
         self.maps, self.scatters = [], []
         for unknown in n.unknown:
@@ -222,15 +222,15 @@ class Unknowns:
             x: The vector; multipliers in it stay.
         """
         n = self.numbering
-        grips = np.full(len(n.grips), -np.inf)
+        tied = np.full(len(n.tied), -np.inf)
         for unknown, array in zip(n.unknown, arrays, strict=True):
-            tied = (unknown >= 0) & (unknown < len(grips))
-            grips[unknown[tied]] = array[tied]
-            own = (unknown >= max(n.first, len(grips))) & (unknown < n.first + n.n_local)
+            tied = (unknown >= 0) & (unknown < len(tied))
+            tied[unknown[tied]] = array[tied]
+            own = (unknown >= max(n.first, len(tied))) & (unknown < n.first + n.n_local)
             x.array[unknown[own] - n.first] = array[own]
-        self.comm.Allreduce(MPI.IN_PLACE, grips, MPI.MAX)
+        self.comm.Allreduce(MPI.IN_PLACE, tied, MPI.MAX)
         if self.comm.rank == 0:
-            x.array[: len(grips)] = grips
+            x.array[: len(tied)] = tied
 
     def add_fields(self, parts: Sequence[Floats], out: PETSc.Vec) -> None:
         """Add the bodies' local arrays of all ranks to a vector of the unknowns; collective."""

@@ -1,4 +1,4 @@
-"""The cache of compiled forms: what a process that was killed has left half compiled is cleared.
+"""The cache of compiled forms, cleared of what killed processes left.
 
 What a run has looked up it remembers: forms of a new mesh are those of the old one, and a look-up
 reads the whole folder.

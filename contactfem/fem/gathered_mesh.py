@@ -1,4 +1,4 @@
-"""A body's whole mesh and its cells' values on every rank, in the order in which it was read."""
+"""A body's whole mesh and cell values on every rank."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Options of PETSc's solvers: those of the program, those of a case file, those of the user."""
+"""PETSc options: of the program, a case file, and the user."""
 
 from collections.abc import Mapping
 from functools import cache

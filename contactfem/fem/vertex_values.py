@@ -1,4 +1,4 @@
-"""Values at the vertices of a distributed mesh, the same on all ranks."""
+"""Vertex values of a distributed mesh, equal on all ranks."""
 
 import numpy as np
 from dolfinx.fem import FunctionSpace

@@ -1,4 +1,4 @@
-"""Which boxes of many meet which boxes of many others: a tree that all of the others descend."""
+"""Pairs of bounding boxes that meet, by a tree."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The nearest point of a polyline, or of a surface of triangles, to each of many points."""
+"""Nearest point of a polyline or triangulated surface."""
 
 import numpy as np
 from scipy.spatial import cKDTree

@@ -1,4 +1,4 @@
-"""Rigid motions of a body, and which of them its conditions leave free."""
+"""Rigid motions of a body, and those that its constraints leave free."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Heat through one interface (15)-(17), (21), over the segments of its two thermal surfaces."""
+"""Heat through one interface (15)-(17), (21)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Ringing: a scheme without L-stability turns round in every step what is much faster than it."""
+"""Ringing of time schemes without L-stability."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

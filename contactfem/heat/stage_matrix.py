@@ -1,4 +1,4 @@
-"""Matrix of all stages of a step of the heat problem, kept and factorised once while it stands."""
+"""Matrix of all stages of a heat step, factorised once."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""One system of equations for the heat of several bodies, and its steps in time (22)-(27)."""
+"""Heat of several bodies as one system (18), (22)-(27)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ ROUND_OFF = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class HeldTemperature:
+class PrescribedTemperature:
     """Temperature prescribed at some vertices of a body, over time or over place and time [K]."""
 
     body: int
@@ -111,7 +111,7 @@ class HeatSystem(Unknowns):
         self,
         comm: MPI.Comm,
         bodies: Sequence[HeatBody],
-        held: Sequence[HeldTemperature],
+        held: Sequence[PrescribedTemperature],
         scheme: TimeScheme,
         options: Mapping[str, str],
         timers: Timers,
@@ -327,7 +327,7 @@ def _combined(
     ]
 
 
-def _values(body: HeatBody, held: HeldTemperature) -> Callable[[float], Floats | float]:
+def _values(body: HeatBody, held: PrescribedTemperature) -> Callable[[float], Floats | float]:
     """Prescribed values at a body's dofs over time."""
     value = held.value
     if isinstance(value, Table):

@@ -1,4 +1,4 @@
-"""Galerkin schemes in time for M dθ/dt + H(t, θ) = 0, equations (22)-(27), as tables of weights.
+"""Galerkin schemes in time (22)-(27) as tables of weights.
 
 A step from t_n to t_n + dt has the coordinate α in (0, 1). Its unknowns are the stages θ_J, the
 values of θ at the nodes α_J; the last node is the end of the step. A scheme knows nothing of θ, M

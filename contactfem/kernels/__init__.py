@@ -1,1 +1,1 @@
-"""C++ kernels of the interface behind a plain C interface (kernels.h), compiled at installation."""
+"""C++ kernels of the interface behind a C interface (kernels.h)."""

@@ -18,7 +18,7 @@ class Status(IntEnum):
     SLIP = 2
 
 
-class Trial(NamedTuple):
+class ActiveSet(NamedTuple):
     """Status of every node and the direction of its slip (-1, 0, 1)."""
 
     status: NDArray[np.int8]

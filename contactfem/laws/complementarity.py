@@ -1,4 +1,4 @@
-"""Contact laws at a node as trial states: gap and pressure, and Coulomb friction.
+"""Complementarity of contact and friction (4)-(6), also regularised (13).
 
 They know nothing of segments or meshes; every argument is an array over nodes.
 """
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contactfem.common.typing import Floats
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 
 
 def contact_scale(
@@ -29,14 +29,14 @@ def contact_scale(
     return np.asarray(1.0 / (h_nonmortar / E_nonmortar + h_mortar / E_mortar))
 
 
-class Tie(NamedTuple):
+class Regularisation(NamedTuple):
     """Compliance that ties a multiplier to a value: 1/ε to an estimate, κ to a neighbour's."""
 
     compliance: Floats
     value: Floats
 
 
-def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Tie]) -> Floats:
+def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Regularisation]) -> Floats:
     """Trial multiplier λ* = (λ + Σ c a v + c m) / (1 + Σ c a); p* = p - c g without ties.
 
     The condition of a multiplier is m = Σ a (λ - v), m = -g for pressure and s for traction.
@@ -60,19 +60,20 @@ def trial(multiplier: Floats, motion: Floats, c: Floats, ties: Sequence[Tie]) ->
     return np.asarray(value / weight)
 
 
-def stick_or_slip(p_trial: Floats, t_trial: Floats, limit: Floats, rubs: bool) -> Trial:
+def stick_or_slip(p_trial: Floats, t_trial: Floats, limit: Floats, has_friction: bool) -> ActiveSet:
     """Status of unilateral contact with friction: open, slip if |t*| > b, else stick.
 
     Args:
         p_trial: p* [Pa].
         t_trial: t* [Pa].
         limit: Largest traction b at p* [Pa].
-        rubs: Whether there is friction; without every node in contact slips without direction.
+        has_friction: Whether there is friction; without it every node in contact slips, without
+            direction.
 
     Returns:
         Status and slip direction.
     """
-    slides = np.abs(t_trial) > limit if rubs else np.ones(len(t_trial), bool)
+    slides = np.abs(t_trial) > limit if has_friction else np.ones(len(t_trial), bool)
     status = np.where(p_trial <= 0.0, Status.OPEN, np.where(slides, Status.SLIP, Status.STICK))
-    direction = np.sign(t_trial) if rubs else np.zeros(len(t_trial))
-    return Trial(status.astype(np.int8), np.where(status == Status.SLIP, direction, 0.0))
+    direction = np.sign(t_trial) if has_friction else np.zeros(len(t_trial))
+    return ActiveSet(status.astype(np.int8), np.where(status == Status.SLIP, direction, 0.0))

@@ -1,4 +1,4 @@
-"""Heat laws at points of an interface: conductance (15) and the split of frictional heat (16)-(17).
+"""Conductance of an interface (15).
 
 They know nothing of segments or meshes; every argument is an array over points.
 """

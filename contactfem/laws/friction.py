@@ -19,7 +19,7 @@ class SlipState(NamedTuple):
     temperature: Floats
 
 
-class Limit(NamedTuple):
+class FrictionBound(NamedTuple):
     """Largest traction b [Pa] with db/dp [-] and db/dv [Pa s/m]."""
 
     value: Floats
@@ -27,7 +27,7 @@ class Limit(NamedTuple):
     by_speed: Floats
 
 
-FrictionLaw = Callable[[SlipState], Limit]
+FrictionLaw = Callable[[SlipState], FrictionBound]
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,12 @@ class Coulomb:
     def __str__(self) -> str:
         return f"Coulomb {self.coefficient:g}"
 
-    def __call__(self, at: SlipState) -> Limit:
+    def __call__(self, at: SlipState) -> FrictionBound:
         """Limit of the traction at some nodes."""
         p = at.pressure
-        return Limit(self.coefficient * p, np.full_like(p, self.coefficient), np.zeros_like(p))
+        return FrictionBound(
+            self.coefficient * p, np.full_like(p, self.coefficient), np.zeros_like(p)
+        )
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,10 @@ class Tresca:
     def __str__(self) -> str:
         return f"Tresca {self.shear_limit:g} Pa"
 
-    def __call__(self, at: SlipState) -> Limit:
+    def __call__(self, at: SlipState) -> FrictionBound:
         """Limit of the traction at some nodes."""
         zero = np.zeros_like(at.pressure)
-        return Limit(np.where(at.pressure > 0.0, self.shear_limit, 0.0), zero, zero)
+        return FrictionBound(np.where(at.pressure > 0.0, self.shear_limit, 0.0), zero, zero)
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class VariableCoulomb:
     def __str__(self) -> str:
         return f"Coulomb with a coefficient of {self.variable}"
 
-    def __call__(self, at: SlipState) -> Limit:
+    def __call__(self, at: SlipState) -> FrictionBound:
         """Limit of the traction at some nodes."""
         y, p = getattr(at, self.variable), at.pressure
         points, values = np.array(self.coefficient.times), np.array(self.coefficient.values)
@@ -85,11 +87,11 @@ class VariableCoulomb:
         slope = np.where(inside, (np.diff(values) / np.diff(points))[piece], 0.0)
         by_pressure = mu + (slope * p if self.variable == "pressure" else 0.0)
         by_speed = slope * p if self.variable == "speed" else np.zeros_like(p)
-        return Limit(mu * p, by_pressure, by_speed)
+        return FrictionBound(mu * p, by_pressure, by_speed)
 
 
 @dataclass(frozen=True)
-class GivenFriction:
+class UserFriction:
     """A user's law, b, db/dp and db/dv as a function of (p, v, ϑ).
 
     Attributes:
@@ -104,11 +106,11 @@ class GivenFriction:
     def __str__(self) -> str:
         return f"by {self.name}"
 
-    def __call__(self, at: SlipState) -> Limit:
+    def __call__(self, at: SlipState) -> FrictionBound:
         """Limit of the traction at some nodes."""
         b, by_pressure, by_speed = self.function(*at)
         shape = at.pressure.shape
-        return Limit(
+        return FrictionBound(
             np.broadcast_to(b, shape),
             np.broadcast_to(by_pressure, shape),
             np.broadcast_to(by_speed, shape),
@@ -133,7 +135,7 @@ class GivenFriction:
             raise CaseError(f"{self.name}: gives a value that is not finite")
 
 
-def frictionless(at: SlipState) -> Limit:
+def frictionless(at: SlipState) -> FrictionBound:
     """No friction, b = 0."""
     zero = np.zeros_like(at.pressure)
-    return Limit(zero, zero, zero)
+    return FrictionBound(zero, zero, zero)

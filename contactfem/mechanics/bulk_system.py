@@ -1,4 +1,4 @@
-"""One system of equations for several bodies: displacements, residual and tangent."""
+"""Mechanics of several bodies as one system: residual and tangent (18)."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from contactfem.common.typing import Floats
-from contactfem.fem.dof_numbering import Grip, Prescribed, Unknowns
+from contactfem.fem.dof_numbering import Prescribed, TiedDofs, Unknowns
 from contactfem.mechanics.body import BodyProblem
 
 
@@ -19,7 +19,7 @@ class System(Unknowns):
         comm: All ranks.
         bodies: The bodies.
         prescribed: Prescribed motions.
-        grips: Grips.
+        tied: Dofs of grips that move as one.
         n_multipliers: Number of contact multipliers that are unknowns, beside the bodies' dofs.
     """
 
@@ -28,18 +28,18 @@ class System(Unknowns):
         comm: MPI.Comm,
         bodies: Sequence[BodyProblem],
         prescribed: Sequence[Prescribed],
-        grips: Sequence[Grip],
+        tied: Sequence[TiedDofs],
         n_multipliers: int = 0,
     ) -> None:
-        super().__init__(comm, bodies, prescribed, grips, n_multipliers)
-        self.bodies, self.grips = tuple(bodies), tuple(grips)
+        super().__init__(comm, bodies, prescribed, tied, n_multipliers)
+        self.bodies, self.tied = tuple(bodies), tuple(tied)
         self.multipliers = np.zeros(n_multipliers)
         self.prescribed = tuple(prescribed)
         self._held = [
             (bodies[p.body], bodies[p.body].dofs(p.vertices, p.component), p.value)
             for p in prescribed
         ]
-        self.grip_loads = np.zeros(len(grips))
+        self.grip_loads = np.zeros(len(tied))
 
     @property
     def axisymmetric(self) -> bool:
@@ -75,7 +75,7 @@ class System(Unknowns):
             jumps.append(np.zeros_like(body.u.x.array))
         for p, (body, dofs, value) in zip(self.prescribed, self._held, strict=True):
             jumps[p.body][dofs] = value.at(t, ramp_end) - body.u.x.array[dofs]
-        self.grip_loads[:] = [grip.force.at(t, ramp_end) for grip in self.grips]
+        self.grip_loads[:] = [grip.force.at(t, ramp_end) for grip in self.tied]
         for body, jump in zip(self.bodies, jumps, strict=True):
             body.u.x.array[:] += jump
         pairs = zip(self.bodies, jumps, strict=True)
@@ -111,8 +111,8 @@ class System(Unknowns):
                     part = body.residual() + body.tangent_action(jump)
             parts.append(part)
         self.add_fields(parts, out)
-        if self.comm.rank == 0 and len(self.grips):
-            out.array[: len(self.grips)] -= self.grip_loads
+        if self.comm.rank == 0 and len(self.tied):
+            out.array[: len(self.tied)] -= self.grip_loads
         return parts
 
     def reactions(self, parts: Sequence[Floats]) -> list[float]:

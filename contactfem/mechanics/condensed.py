@@ -16,9 +16,9 @@ from petsc4py import PETSc
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
 from contactfem.contact.conditions import Contact
-from contactfem.contact.state import Conditions, History
+from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.contact.tangent import Tangent, linearise
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
 from contactfem.mechanics.sparsity import Coupling
@@ -53,10 +53,10 @@ class Condensed:
     def evaluate(
         self,
         positions: Sequence[Floats],
-        histories: Sequence[History],
-        starts: Sequence[Trial | None],
+        histories: Sequence[ContactHistory],
+        starts: Sequence[ActiveSet | None],
         out: PETSc.Vec,
-    ) -> list[Conditions]:
+    ) -> list[ContactState]:
         """Contact conditions and the condensed residual from the bulk residual; collective.
 
         Args:
@@ -85,7 +85,7 @@ class Condensed:
             self._insert(interface, c, out)
         return result
 
-    def _insert(self, interface: Interface, c: Conditions, out: PETSc.Vec) -> None:
+    def _insert(self, interface: Interface, c: ContactState, out: PETSc.Vec) -> None:
         """Put the rows of an interface into this rank's part of the residual."""
         unknown, n = interface.nodes.unknown, interface.nodes.mesh.n_nonmortar
         n_row, t_row = row_scales(interface, c)
@@ -100,7 +100,7 @@ class Condensed:
         force = -(c.operators.M.T @ c.multiplier)
         np.add.at(array, local[mine], force[mine])
 
-    def prepare(self, conditions: Sequence[Conditions]) -> bool:
+    def prepare(self, conditions: Sequence[ContactState]) -> bool:
         """Make room in the matrices for the present contact.
 
         Args:
@@ -124,7 +124,7 @@ class Condensed:
         return grown
 
     def fill(
-        self, conditions: Sequence[Conditions], jumps: Sequence[Floats | None]
+        self, conditions: Sequence[ContactState], jumps: Sequence[Floats | None]
     ) -> list[Tangent]:
         """Assemble the condensed tangent into `matrix`; collective, after `prepare`.
 
@@ -173,7 +173,7 @@ class Condensed:
         self._bulk_matrix.copy(A, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
 
     def _rows(
-        self, A: PETSc.Mat, interface: Interface, c: Conditions, tangent: Tangent
+        self, A: PETSc.Mat, interface: Interface, c: ContactState, tangent: Tangent
     ) -> tuple[Ints, Ints, sp.csr_matrix]:
         """This rank's rows to clear, and what it adds: global rows and values (rows, n_global)."""
         numbering, unknown = self.system.numbering, interface.nodes.unknown.ravel()
@@ -208,7 +208,7 @@ class ContactRows:
     by_position: Triplets
 
 
-def contact_rows(interface: Interface, c: Conditions, tangent: Tangent) -> ContactRows:
+def contact_rows(interface: Interface, c: ContactState, tangent: Tangent) -> ContactRows:
     """Linearised forces and conditions of an interface with λ_j = -R_j / D_jj put in.
 
     dλ_j = -dR_j / D_jj - λ_j dD_jj / D_jj.
@@ -241,7 +241,7 @@ def contact_rows(interface: Interface, c: Conditions, tangent: Tangent) -> Conta
     return ContactRows(targets, flat[replaced], by_force, by_position)
 
 
-def _to_force_rows(interface: Interface, c: Conditions) -> Sparse:
+def _to_force_rows(interface: Interface, c: ContactState) -> Sparse:
     """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
     n_row, t_row = row_scales(interface, c)
     normals, n_nodes = c.operators.normals, len(interface.nodes.X)
@@ -255,7 +255,7 @@ def _to_force_rows(interface: Interface, c: Conditions) -> Sparse:
     return Sparse(starts, columns, values, 2 * (n_nodes + n))
 
 
-def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats]:
+def row_scales(interface: Interface, c: ContactState) -> tuple[Floats, Floats]:
     """Factors that make forces [N/m] (with an axis [N]) of C_n [m], and of C_t [m] or [Pa].
 
     Lengths are scaled by the softer modulus, and down where a compliance ties to p_j = -R_j / D_jj

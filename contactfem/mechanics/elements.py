@@ -1,4 +1,4 @@
-"""Finite elements of a body: which unknowns it has, and what they mean for its free energy."""
+"""Finite elements of displacement and pressure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Whether the multipliers of an interface are stable: the inf-sup constant of its coupling.
+"""Inf-sup constant of the multipliers of an interface.
 
 Without a lower bound on it as meshes are refined, whatever the ratio of their facets, pressures
 oscillate freely (checkerboard). For studies and tests: dense, on one rank.
@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Operators
+from contactfem.contact.state import MortarOperators
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Interface
 from contactfem.mortar.operators import basis
@@ -36,7 +36,7 @@ def smallest_singular_value(
     return float(np.sqrt(max(values[0], 0.0)))
 
 
-def inf_sup(system: System, interface: Interface, operators: Operators) -> float:
+def inf_sup(system: System, interface: Interface, operators: MortarOperators) -> float:
     """Inf-sup constant of an interface in the present state of its bodies.
 
     Displacements are measured by the energy of the bulk tangent K, multipliers by the norm
@@ -63,13 +63,13 @@ def inf_sup(system: System, interface: Interface, operators: Operators) -> float
     at = unknown[B.col] >= 0
     B = sp.coo_matrix((B.data[at], (B.row[at], unknown[B.col[at]])), (B.shape[0], n_global)).tocsr()
     S = sp.kron(multiplier_norm(interface, operators), pair).tocsr()
-    seen = mesh.carries & (operators.D > 0.0)
+    seen = mesh.has_multiplier & (operators.D > 0.0)
     rows = np.flatnonzero(mesh.free[: mesh.n_nonmortar] & seen[:, None])
     present = np.setdiff1d(np.arange(n_global), system.numbering.multipliers)
     return smallest_singular_value(B[rows][:, present], K[present][:, present], S[rows][:, rows])
 
 
-def multiplier_norm(interface: Interface, operators: Operators) -> sp.csr_matrix:
+def multiplier_norm(interface: Interface, operators: MortarOperators) -> sp.csr_matrix:
     """S_jk = Σ_f h_f/E ∫ Φ_j Φ_k over the covered part of each facet, E the softer modulus.
 
     Args:
@@ -86,7 +86,7 @@ def multiplier_norm(interface: Interface, operators: Operators) -> sp.csr_matrix
     np.add.at(m, e, segments.integrals[:, :3])
     ends = mesh.nonmortar[facets]
     h = np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)
-    functions = basis(m, mesh.carries[ends], mesh.basis)[0]
+    functions = basis(m, mesh.has_multiplier[ends], mesh.basis)[0]
     mass = functions @ m[:, [[0, 1], [1, 2]]] @ functions.transpose(0, 2, 1)
     mass *= (h / interface.contact.law.stiffness)[:, None, None]
     rows, cols = ends.repeat(2, axis=1).ravel(), np.tile(ends, (1, 2)).ravel()

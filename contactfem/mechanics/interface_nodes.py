@@ -1,4 +1,4 @@
-"""An interface within the system: which unknowns its nodes have and where they are now."""
+"""Unknowns and positions of the nodes of an interface."""
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class InterfaceNodes:
         for source in self._sources:
             found[source.node] += system.numbering.unknown[source.body][source.dofs] + 1
         self.unknown = self.comm.allreduce(found) - 1
-        tied = (self.unknown >= 0) & (self.unknown < len(system.grips))
+        tied = (self.unknown >= 0) & (self.unknown < len(system.tied))
         free = (self.unknown >= 0) & ~tied
         directions = None if self._rigid is None else self._rigid.directions
         self.mesh = InterfaceMesh(

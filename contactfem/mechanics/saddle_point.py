@@ -1,4 +1,4 @@
-"""Equilibrium with contact, multipliers kept: residual and tangent over u and λ (7).
+"""Equilibrium with contact over displacements and multipliers (7).
 
 The rows of u are equilibrium with the contact forces, R + Gᵀλ [N/m]. Those of λ_j are the contact
 conditions n_j C_n + τ_j C_t of a node in contact, and λ_j = 0 of any other and of components that
@@ -16,9 +16,9 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.state import Conditions, History
+from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.contact.tangent import Tangent, linearise
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.sparsity import Coupling, block_pattern
@@ -47,10 +47,10 @@ class Saddle(Condensed):
     def evaluate(
         self,
         positions: Sequence[Floats],
-        histories: Sequence[History],
-        starts: Sequence[Trial | None],
+        histories: Sequence[ContactHistory],
+        starts: Sequence[ActiveSet | None],
         out: PETSc.Vec,
-    ) -> list[Conditions]:
+    ) -> list[ContactState]:
         """Contact conditions of the system's multipliers, and the residual; collective.
 
         Args:
@@ -77,7 +77,7 @@ class Saddle(Condensed):
             result.append(c)
         return result
 
-    def _insert_rows(self, k: int, c: Conditions, multiplier: Floats, out: PETSc.Vec) -> None:
+    def _insert_rows(self, k: int, c: ContactState, multiplier: Floats, out: PETSc.Vec) -> None:
         """Put the forces and conditions of an interface into this rank's part of the residual."""
         interface, normals = self.interfaces[k], c.operators.normals
         n_row, t_row, open_row = row_scales(interface, c)
@@ -93,7 +93,7 @@ class Saddle(Condensed):
             np.add.at(out.array, local[mine], values[mine])
 
     def fill(
-        self, conditions: Sequence[Conditions], jumps: Sequence[Floats | None]
+        self, conditions: Sequence[ContactState], jumps: Sequence[Floats | None]
     ) -> list[Tangent]:
         """Assemble the tangent into `matrix`; collective, after `prepare`.
 
@@ -117,7 +117,7 @@ class Saddle(Condensed):
             A.assemble()
         return tangents
 
-    def _kept_rows(self, k: int, c: Conditions, tangent: Tangent) -> tuple[Ints, sp.csr_matrix]:
+    def _kept_rows(self, k: int, c: ContactState, tangent: Tangent) -> tuple[Ints, sp.csr_matrix]:
         """What this rank adds to the bulk tangent: global rows and values (rows, n_global)."""
         interface, n_global = self.interfaces[k], self.system.numbering.n_global
         n, n_nodes = interface.nodes.mesh.n_nonmortar, len(interface.nodes.X)
@@ -163,7 +163,7 @@ class _KeptCoupling(Coupling):
         return block_pattern(self._system, touched, across)
 
 
-def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Floats]:
+def row_scales(interface: Interface, c: ContactState) -> tuple[Floats, Floats, Floats]:
     """Factors that make forces [N/m] of the rows of multipliers.
 
     Of C_n [m]; of C_t, [m] or [Pa]; of an open node's λ [Pa]. Lengths are scaled by the softer
@@ -185,13 +185,13 @@ def row_scales(interface: Interface, c: Conditions) -> tuple[Floats, Floats, Flo
     return np.asarray(normal), np.where(c.status == Status.STICK, stick, full), full
 
 
-def _conditioned(interface: Interface, c: Conditions) -> Bools:
+def _conditioned(interface: Interface, c: ContactState) -> Bools:
     """Components of multipliers that stand in contact conditions, (n_nonmortar, 2)."""
     return np.asarray(c.active[:, None] & interface.nodes.mesh.free[: len(c.active)])
 
 
 def _scaled_rows(
-    interface: Interface, c: Conditions, scales: tuple[Floats, Floats, Floats]
+    interface: Interface, c: ContactState, scales: tuple[Floats, Floats, Floats]
 ) -> sp.csr_matrix:
     """Conditions (C_n, C_t) of node j to its rows n_j C_n + τ_j C_t, scaled; forces stay."""
     normals, forces = c.operators.normals, 2 * len(interface.nodes.X)

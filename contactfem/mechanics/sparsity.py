@@ -1,4 +1,4 @@
-"""Which matrix entries contact may fill: a pattern wider than needed, renewed when left."""
+"""Matrix entries that contact may fill."""
 
 from functools import cached_property
 

@@ -52,7 +52,7 @@ def check_shared(meshes: Mapping[str, InterfaceMesh]) -> None:
         if mesh.shared is None:
             continue
         ends = mesh.nonmortar
-        lost = mesh.shared[ends].any(1) & ~mesh.carries[ends].any(1)
+        lost = mesh.shared[ends].any(1) & ~mesh.has_multiplier[ends].any(1)
         if lost.any():
             x, y = mesh.X[ends[np.argmax(lost)]].mean(0)
             raise CaseError(

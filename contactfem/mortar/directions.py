@@ -1,4 +1,4 @@
-"""Direction of contact with a rigid obstacle: its own, not that of the facets that touch it.
+"""Normals given by a rigid obstacle.
 
 A polyline with corners has none that is smooth, and one that turns over a facet's length is worse
 than the averaged normals of the nonmortar side, which the body's own stiffness keeps smooth.

@@ -1,4 +1,4 @@
-"""The two surfaces of an interface as plain arrays, and the normal field of the nonmortar one."""
+"""Both surfaces of an interface as arrays."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class InterfaceMesh:
         return len(self.X)
 
     @cached_property
-    def carries(self) -> Bools:
+    def has_multiplier(self) -> Bools:
         """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
         n = averaged_normals(self, self.X)[0]
         free = self.free[: self.n_nonmortar]

@@ -56,7 +56,7 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     """
     n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
     free = mesh.free[: mesh.n_nonmortar]
-    held = mesh.carries & ~free.all(1)
+    held = mesh.has_multiplier & ~free.all(1)
     n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
     blocks[held] = 0.0
     own = np.arange(mesh.n_nonmortar)

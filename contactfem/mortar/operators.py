@@ -1,4 +1,4 @@
-"""Mortar operators D, M and the weighted gap, with their derivatives: (9)-(11), or (7) and (8)."""
+"""Mortar operators D, M and weighted gap (2), (7)-(11)."""
 
 from dataclasses import dataclass
 
@@ -43,7 +43,7 @@ class Mortar:
 
 
 def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: NormalField) -> Mortar:
-    """Mortar operators of segments, with the multiplier's basis on the covered part of each facet.
+    """Mortar operators (2), (7)-(11), with the multiplier's basis on the covered part of facets.
 
     On a facet Φ = A N, A = diag(d) m⁻¹ with m = ∫ N Nᵀ and d = ∫ N over its covered part for dual
     multipliers, A = 1 for standard ones; where the other node of the facet carries no multiplier
@@ -66,16 +66,16 @@ def assemble(mesh: InterfaceMesh, x: Floats, segments: Segments, normals: Normal
     if mesh.axisymmetric:
         whole = whole * np.pi * x[ends, 0].sum(1)
     covered = m @ (1.0, 2.0, 1.0) > TINY_COVER * whole
-    A, dA = basis(np.where(covered[:, None], m, FULL), mesh.carries[ends], mesh.basis)
+    A, dA = basis(np.where(covered[:, None], m, FULL), mesh.has_multiplier[ends], mesh.basis)
     return Mortar(*entries(mesh, segments, normals, (e, covered, A, dA)))
 
 
-def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None]:
+def basis(m: Floats, has_multiplier: Bools, kind: Basis) -> tuple[Floats, Floats | None]:
     """Basis of the multiplier on facets, Φ = A N.
 
     Args:
         m: ∫ N1N1, N1N2, N2N2 over the covered part of each facet [m], shape (f, 3).
-        carries: Whether the two nodes of each facet carry a multiplier, shape (f, 2).
+        has_multiplier: Whether the two nodes of each facet carry a multiplier, shape (f, 2).
         kind: Dual or standard functions.
 
     Returns:
@@ -83,13 +83,13 @@ def basis(m: Floats, carries: Bools, kind: Basis) -> tuple[Floats, Floats | None
         not depend on m.
     """
     if kind == "dual":
-        return _dual_basis(m, carries)
+        return _dual_basis(m, has_multiplier)
     A = np.tile(np.eye(2), (len(m), 1, 1))
-    A[~carries[:, ::-1]] = 1.0
+    A[~has_multiplier[:, ::-1]] = 1.0
     return A, None
 
 
-def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
+def _dual_basis(m: Floats, has_multiplier: Bools) -> tuple[Floats, Floats]:
     """A = diag(d) m⁻¹ (f, 2, 2) and its derivative by (m11, m12, m22), (f, 2, 2, 3)."""
     m11, m12, m22 = m.T
     d1, d2, zero = m11 + m12, m12 + m22, np.zeros(len(m))
@@ -103,7 +103,7 @@ def _dual_basis(m: Floats, carries: Bools) -> tuple[Floats, Floats]:
     )
     d_det = np.stack((m22, -2 * m12, m11), 1)
     dA = (d_numerator - A[..., None] * d_det[:, None, None, :]) / det[:, None, None, None]
-    alone = ~carries[:, ::-1]  # the other node of the facet has no multiplier
+    alone = ~has_multiplier[:, ::-1]  # the other node of the facet has no multiplier
     A[alone] = 1.0
     dA[alone] = 0.0
     return A, dA

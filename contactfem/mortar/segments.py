@@ -1,4 +1,4 @@
-"""Segments: which pieces of the two surfaces face each other (paper 1.4, Figure 2)."""
+"""Segments: pieces of two surfaces that face each other (1.4)."""
 
 from dataclasses import dataclass
 
@@ -155,7 +155,7 @@ def entries(
         np.empty(3 * room),
     )
     count = lib.cf_entries(
-        _read_int(mesh.nonmortar), _read_int(mesh.mortar), _read_flags(mesh.carries),
+        _read_int(mesh.nonmortar), _read_int(mesh.mortar), _read_flags(mesh.has_multiplier),
         mesh.basis == "standard", len(e), _read_int(segments.facets), _read(segments.integrals),
         _read_int(e), _read_flags(covered), _read(A), ffi.NULL if dA is None else _read(dA),
         _write_int(rows), _write_int(columns), _write(values),

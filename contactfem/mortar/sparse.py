@@ -1,4 +1,4 @@
-"""Sparse matrices of contact: small and made anew all the time, so without what scipy checks."""
+"""Small sparse matrices of contact, without scipy's checks."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def surface_block(table: InterfaceTable, heated: bool, taken: set[str]) -> Block
         "gap": table.gap,
         "slip": table.slip,
         "status": table.status.astype(np.float64),
-        "coverage": table.cover,
+        "coverage": table.coverage,
     }
     if heated:
         nothing = np.full(len(table.X), np.nan)

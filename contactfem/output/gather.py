@@ -1,10 +1,10 @@
-"""Collect results on the first rank: pictures of the bodies, tables of the interfaces, probes."""
+"""Results gathered on the first rank."""
 
 import numpy as np
 
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats, Ints
-from contactfem.contact.rim import rim_values
+from contactfem.contact.rim import edge_values
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import gather_vertex_values
@@ -146,8 +146,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     for k, (interface, c) in enumerate(pairs):
         mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
         op = c.operators
-        pressure, traction = rim_values(c)
-        status = np.where(mesh.carries, c.status, Status.NONE).astype(np.int8)
+        pressure, traction = edge_values(c)
+        status = np.where(mesh.has_multiplier, c.status, Status.NONE).astype(np.int8)
         mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
         seen = np.asarray(op.M.T @ np.where(c.active, pressure, 0.0)).ravel()[mortar]
@@ -162,7 +162,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 traction=traction,
                 slip=state.slip[k],
                 status=status,
-                cover=op.cover,
+                coverage=op.coverage,
                 facet_length=op.length,
                 depth=op.depth,
                 facets=mesh.nonmortar,
@@ -195,7 +195,7 @@ def _tables_of_heat(discretisation: Discretisation, state: State) -> list[Interf
                 traction=none,
                 slip=none,
                 status=np.full(len(X), Status.NONE, np.int8),
-                cover=none,
+                coverage=none,
                 facet_length=np.bincount(link.surface.facets.ravel(), half).astype(np.float64),
                 facets=link.surface.facets,
                 mortar_x=np.empty((0, 2)),

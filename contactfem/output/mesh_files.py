@@ -1,4 +1,4 @@
-"""Write the meshes of a case for other programs to read, and pictures of them to look at."""
+"""Meshes of a case as files and pictures."""
 
 from collections.abc import Iterator
 from pathlib import Path

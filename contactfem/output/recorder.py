@@ -1,4 +1,4 @@
-"""What a run says and writes while it goes: terminal, tables and field files."""
+"""Output of a run while it goes: terminal, tables, fields."""
 
 from __future__ import annotations
 

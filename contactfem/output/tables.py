@@ -1,4 +1,4 @@
-"""Write what a run found out into its directory, on rank 0: tables, summary and figures."""
+"""Tables and summary of a run as files."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ NODE_COLUMNS = {
     "traction": "traction [Pa]",
     "slip": "slip [m]",
     "status": "status",
-    "cover": "cover",
+    "coverage": "cover",
     "facet_length": "facet_length [m]",
 }
 HEAT_COLUMNS = {

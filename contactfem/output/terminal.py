@@ -1,4 +1,4 @@
-"""What a run says on the terminal, on rank 0: a line per step, and a bar where it can be drawn."""
+"""Terminal output of a run: one line a step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TextIO
 
 from contactfem.common.unit_display import engineering
-from contactfem.results.data import Observed, StepReport
+from contactfem.results.data import Observables, StepReport
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -79,7 +79,7 @@ def remesh_lines(report: StepReport, force_unit: str = "N/m") -> list[str]:
     ] + ([f"they change {text}"] if change and (text := _change(change, force_unit)) else [])
 
 
-def _change(change: Observed, force_unit: str) -> str:
+def _change(change: Observables, force_unit: str) -> str:
     """What new meshes changed of a step."""
     heat = {"hottest": change.temperature_max, "mean temperature": change.temperature_mean}
     parts = [_forces(change.forces, force_unit)]

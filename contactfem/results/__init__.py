@@ -1,1 +1,19 @@
-"""What a run hands over, and numbers measured on it."""
+"""Results of a run, and numbers measured on them."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from contactfem.results.data import InterfaceTable, RunResult, StepReport
+    from contactfem.results.measures import measure
+
+__all__ = ["InterfaceTable", "RunResult", "StepReport", "measure"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a record of `results.data`, or `measure`, when it is first asked for (PEP 562)."""
+    from contactfem.results import data, measures
+
+    for module in (data, measures):
+        if not name.startswith("_") and name in vars(module):
+            return vars(module)[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

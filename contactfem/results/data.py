@@ -1,4 +1,4 @@
-"""What a run hands to those who write, judge and draw it: plain frozen data, all in SI units."""
+"""Results of a run as frozen records in SI units."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Remeshing:
 
 
 @dataclass(frozen=True)
-class Observed:
+class Observables:
     """What is observed of a step as a whole, or how far that changed.
 
     Attributes:
@@ -84,9 +84,9 @@ class Observed:
     temperature_max: float | None
     temperature_mean: float | None
 
-    def minus(self, before: Observed) -> Observed:
+    def minus(self, before: Observables) -> Observables:
         """Change since something before."""
-        return Observed(
+        return Observables(
             {
                 name: (x - before.forces[name][0], y - before.forces[name][1])
                 for name, (x, y) in self.forces.items()
@@ -134,7 +134,7 @@ class ErrorStep:
     remeshes: tuple[Remeshing, ...]
     repeats: int
     decisions: tuple[str, ...]
-    change: Observed | None = None
+    change: Observables | None = None
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class InterfaceTable:
         traction: tangential multiplier on the mortar side along (n_y, -n_x) (n,) [Pa].
         slip: accumulated slip of nonmortar relative to mortar (n,) [m].
         status: values of `Status` (n,).
-        cover: share of the node's facets that faces the mortar side (n,) [-].
+        coverage: share of the node's facets that faces the mortar side (n,) [-].
         facet_length: half the length of the facets at the node, summed (n,) [m].
         depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
         facets: nodes of the facets (k, nf).
@@ -236,7 +236,7 @@ class InterfaceTable:
     traction: Floats
     slip: Floats
     status: npt.NDArray[np.int8]
-    cover: Floats
+    coverage: Floats
     facet_length: Floats
     mortar_x: Floats
     mortar_pressure: Floats

@@ -1,4 +1,4 @@
-"""Measure estimated errors and what it took to reach them on a finished run."""
+"""Measures of estimated errors and their cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measure named numbers on a finished run: what a case can expect, and `report` prints."""
+"""Named numbers of a finished run, which a case can expect."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def _of_interface(
     active = np.isin(table.status, ACTIVE)
     carrier = carriers(table)
     pressure = table.pressure[carrier]
-    weights = table.cover * table.facet_length * table.depth
+    weights = table.coverage * table.facet_length * table.depth
     values = {
         "pressure_max": float(np.max(table.pressure, where=active, initial=0.0)),
         "pressure_min": float(table.pressure[active].min()) if active.any() else math.nan,

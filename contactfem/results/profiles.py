@@ -1,4 +1,4 @@
-"""Contact zones, and distances from closed forms, read off the nodal values of one interface.
+"""Contact zones and errors against closed forms along an interface.
 
 Positions along an interface are counted in nodes: 2.5 is the middle of the facet from node 2 to 3.
 """

@@ -1,4 +1,4 @@
-"""Run a case: set it up, go through its steps, hand over the result."""
+"""`run_case`: set up, step, gather the result."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from contactfem.case.schema import Case
-from contactfem.checkpoint.checkpointer import Keeper
+from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import Checkpoint, Origin
 from contactfem.checkpoint.state_io import meshes
 from contactfem.common.timers import Timers
@@ -91,7 +91,7 @@ def _run(
         discretisation = discretise(case, comm, timers, given)
         solver = newton_solver(case, discretisation, timers) if case.mechanics else None
         origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
-        keeper = Keeper(case, comm, out, origin, timers, start, invocation.asked)
+        keeper = Checkpointer(case, comm, out, origin, timers, start, invocation.asked)
         recorder = Recorder(case, comm, out, discretisation, timers, origin.command, progress)
         with recorder:
             loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)

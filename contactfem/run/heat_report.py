@@ -1,4 +1,4 @@
-"""What is reported of heat in an accepted step, and whether the time scheme rings."""
+"""Heat of an accepted step: balance, range, ringing."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a run hands over at its end: everything gathered on the first rank."""
+"""Result of a run, gathered on the first rank."""
 
 import time
 

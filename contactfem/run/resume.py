@@ -1,4 +1,4 @@
-"""What is needed to go on with a run: its last checkpoint, and its case with what may change."""
+"""A run to be resumed: its last checkpoint and its case."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

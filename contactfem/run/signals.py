@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: the first is remembered, a second one ends it at once."""
+"""Signals that stop a run."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The loop over the steps of a run: try, judge, record, and choose the next."""
+"""The loop over the steps of a run."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from contactfem.adaptivity.decisions import (
     Advance,
     Decision,
     GiveUp,
-    Lasting,
+    MeshHistory,
     RemeshAndRepeat,
     RepeatStep,
 )
 from contactfem.case.schema import Case
 from contactfem.case.time_points import stops
-from contactfem.checkpoint.checkpointer import Keeper, Moment, Writing
+from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
 from contactfem.checkpoint.state_io import restored
 from contactfem.common.timers import Timers
-from contactfem.contact.initial_active_set import first_contact
+from contactfem.contact.initial_active_set import initial_active_set
 from contactfem.contact.resultants import defects
 from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.observables import forces
 from contactfem.discretisation.state import State, initial_state
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, MeshErrors, StepReport
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
@@ -65,7 +65,7 @@ class Loop:
         discretisation: Discretisation,
         solver: NewtonSolver | None,
         recorder: Recorder,
-        keeper: Keeper,
+        keeper: Checkpointer,
         timers: Timers,
         resumed: Progress | None,
     ) -> None:
@@ -166,7 +166,7 @@ class Loop:
 
     def _keep(self, write: Writing) -> None:
         """Write a checkpoint if one is due, and say so if that fails; collective."""
-        moment = Moment(self.discretisation, self.state, self.before, self.progress())
+        moment = RunState(self.discretisation, self.state, self.before, self.progress())
         if trouble := write(moment):
             self._warn(trouble)
 
@@ -261,7 +261,7 @@ class Loop:
         """Whether only contact can hold a body of an interface."""
         sides = self.case.interfaces[name]
         bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
-        return not bodies.isdisjoint(self.discretisation.unheld)
+        return not bodies.isdisjoint(self.discretisation.unrestrained)
 
     def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
@@ -283,7 +283,7 @@ class Loop:
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
         return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
-    def _start(self, k: int) -> Trial | None:
+    def _start(self, k: int) -> ActiveSet | None:
         """Status that the first iteration of a step takes for an interface.
 
         That of the last step where there was contact: with a linear bulk and loads that grow in
@@ -296,8 +296,8 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        seen = np.isfinite(operators.gap) & interface.nodes.mesh.carries
-        return first_contact(operators.gap, operators.length, seen, k in self.alone)
+        seen = np.isfinite(operators.gap) & interface.nodes.mesh.has_multiplier
+        return initial_active_set(operators.gap, operators.length, seen, k in self.alone)
 
     def _accept(
         self,
@@ -359,7 +359,7 @@ def _adaptation(
     case: Case,
     discretisation: Discretisation,
     timers: Timers,
-    lasting: tuple[Lasting, Lasting] | None,
+    lasting: tuple[MeshHistory, MeshHistory] | None,
 ) -> Adaptation | None:
     """What judges steps, only imported where the case asks for an error."""
     if case.adaptivity is None:

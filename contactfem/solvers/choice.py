@@ -1,4 +1,4 @@
-"""Which way Newton's linear systems are solved: factorised each time, or once where that pays."""
+"""Choice of the solver for Newton's linear systems."""
 
 from collections.abc import Mapping
 
@@ -9,8 +9,8 @@ from contactfem.mechanics.condensed import Condensed
 from contactfem.mechanics.saddle_point import Saddle
 from contactfem.solvers.direct import Direct
 from contactfem.solvers.interface_system import interface_unknowns
-from contactfem.solvers.lagged_bulk import Reused
-from contactfem.solvers.linear_bulk import Constant
+from contactfem.solvers.lagged_bulk import LaggedBulk
+from contactfem.solvers.linear_bulk import LinearBulk
 from contactfem.solvers.substructuring import Substructure
 
 FEWEST = 10_000  # unknowns of a bulk that is not linear below which a new factor costs little
@@ -32,13 +32,13 @@ def linear_solver(
         reuse: Whether a factor may serve longer than one iteration.
     """
     system = equations.system
-    found: Constant | Reused | None = None
+    found: LinearBulk | LaggedBulk | None = None
     may = reuse and not options and not isinstance(equations, Saddle)
     if may and equations.interfaces and len(interface_unknowns(equations.interfaces)) <= MOST:
         if system.is_linear:
-            found = Constant(equations, timers)
+            found = LinearBulk(equations, timers)
         elif system.numbering.n_global >= FEWEST:
-            found = Reused(equations, timers)
+            found = LaggedBulk(equations, timers)
     if found is not None and _pays(found.bulk, system.comm):
         return found
     return Direct(equations, options, timers)

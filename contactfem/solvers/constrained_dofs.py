@@ -1,4 +1,4 @@
-"""Numbers for the dofs of prescribed motions: their reactions are rows of the bulk like others."""
+"""Numbers of constrained dofs, whose reactions are rows too."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from contactfem.fem.dof_numbering import PRESCRIBED
 from contactfem.mechanics.bulk_system import System
 
 
-class Held:
+class ConstrainedDofs:
     """Numbers for the held dofs after all unknowns: one for those with the same motions.
 
     Args:

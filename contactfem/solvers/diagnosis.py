@@ -1,10 +1,10 @@
-"""Say in words why a solve failed, from the contact status of its last two iterations."""
+"""Why a step failed, and whether an accepted one is doubtful."""
 
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.laws.active_set import Status
 from contactfem.mechanics.condensed import Interface
 
@@ -13,7 +13,7 @@ SHOWN = 4  # nodes named in a message
 
 def explain(
     interfaces: Sequence[Interface],
-    iterations: Sequence[Sequence[Conditions]],
+    iterations: Sequence[Sequence[ContactState]],
     held_by_contact: Collection[str],
 ) -> str:
     """What the contact status says about a solve that did not converge.
@@ -31,7 +31,7 @@ def explain(
             continue
         law = interface.contact.law
         course = [conditions[k] for conditions in iterations]
-        if law.rubs and any(_only_slips(c) for c in course):
+        if law.has_friction and any(_only_slips(c) for c in course):
             return (
                 f"all nodes in contact at '{interface.name}' slip, and nothing but friction holds "
                 "the body there: the load may exceed what friction can carry "
@@ -55,12 +55,12 @@ def explain(
     )
 
 
-def _only_slips(c: Conditions) -> bool:
+def _only_slips(c: ContactState) -> bool:
     """Whether there is contact and every node of it slips."""
     return bool(c.active.any()) and not bool((c.status == Status.STICK).any())
 
 
-def _flips(name: str, old: Conditions, new: Conditions) -> str:
+def _flips(name: str, old: ContactState, new: ContactState) -> str:
     """Nodes of one interface whose status changed in the last iteration."""
     nodes = np.flatnonzero((old.status != new.status) | (old.direction != new.direction))
     if not len(nodes):
@@ -74,7 +74,38 @@ def _flips(name: str, old: Conditions, new: Conditions) -> str:
     return f"'{name}': {', '.join(shown)}{more}"
 
 
-def _word(c: Conditions, node: int) -> str:
+def _word(c: ContactState, node: int) -> str:
     """Status of a node, with the direction of its slip."""
     sign = {1.0: "+", -1.0: "-"}.get(float(c.direction[node]), "")
     return Status(int(c.status[node])).name.lower() + sign
+
+
+WITHOUT_SLIP = 0.01  # of the normal force of an interface that may stand on nodes without slip
+
+
+def trust_check(interfaces: Sequence[Interface], conditions: Sequence[ContactState]) -> str:
+    """What is wrong with a step that was solved.
+
+    Slip is an increment from the start of the step, so a node that faced nothing there (D⁰ = 0) has
+    none, and no friction either unless it follows a neighbour. That is right for the edge of a
+    contact that moves on, but not for all of a contact that lands or leaves its place in one step.
+
+    Args:
+        interfaces: The interfaces.
+        conditions: Of each, where the step was solved.
+
+    Returns:
+        One sentence, empty where there is no doubt.
+    """
+    for interface, c in zip(interfaces, conditions, strict=True):
+        if not interface.contact.law.has_friction:
+            continue
+        force = np.where(c.active, c.operators.D * np.abs(c.pressure), 0.0)
+        lost = (c.history.D <= 0.0) & (c.direction == 0.0)
+        share = force[lost].sum() / force.sum() if force.any() else 0.0
+        if share > WITHOUT_SLIP:
+            return (
+                f"{share:.0%} of the normal force at '{interface.name}' is on nodes that faced "
+                "nothing when the step began, so their friction is not known"
+            )
+    return ""

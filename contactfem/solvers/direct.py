@@ -1,4 +1,4 @@
-"""Newton's linear systems the plain way: the whole tangent, factorised in every iteration."""
+"""Direct solver: the whole tangent is factorised in every iteration."""
 
 from collections.abc import Mapping, Sequence
 

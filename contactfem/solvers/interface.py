@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Iterate:
         settled: Whether the contact status is that of the iteration before.
     """
 
-    conditions: Sequence[Conditions]
+    conditions: Sequence[ContactState]
     jumps: Sequence[Floats | None]
     damping: float
     residuals: Sequence[float]

@@ -1,4 +1,4 @@
-"""What factors that serve on have in common: PETSc hands its linear systems over to them.
+"""Linear systems solved on the interface unknowns, with a kept factor.
 
 All ranks solve the same dense systems over the unknowns of the interfaces; vectors over all
 unknowns are this rank's owned part.
@@ -12,11 +12,11 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
 from contactfem.solvers.direct import Direct
-from contactfem.solvers.interface_system import InterfaceMatrix, interface_unknowns
+from contactfem.solvers.interface_system import InterfaceSystem, interface_unknowns
 from contactfem.solvers.substructuring import gathered
 
 
-class OnInterfaces(Direct):
+class InterfaceSolver(Direct):
     """Linear systems over the unknowns of the interfaces.
 
     Args:
@@ -29,7 +29,7 @@ class OnInterfaces(Direct):
         self.options = {}
         numbering, comm = self.system.numbering, self.system.comm
         self.unknowns = interface_unknowns(equations.interfaces)
-        self.matrix = InterfaceMatrix(
+        self.matrix = InterfaceSystem(
             equations.interfaces, self.unknowns, numbering.n_global, timers
         )
         self.damping = 1.0

@@ -1,4 +1,4 @@
-"""Newton's matrix on the unknowns of the interfaces alone, dense, the same on all ranks."""
+"""Newton's matrix on the interface unknowns, dense."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.contact.tangent import linearise
 from contactfem.mechanics.condensed import Interface, contact_rows
 from contactfem.mortar.sparse import Sparse, Triplets, joined
@@ -23,7 +23,7 @@ def interface_unknowns(interfaces: Sequence[Interface]) -> Ints:
     return np.asarray(np.unique(numbers[numbers >= 0]))
 
 
-class InterfaceMatrix:
+class InterfaceSystem:
     """T S + C: the Schur complement of the bulk with the rows that contact moves and adds.
 
     Contact takes the rows of nonmortar nodes in contact away, T moves shares of them to others, and
@@ -48,7 +48,7 @@ class InterfaceMatrix:
         self._at = [place[i.nodes.unknown.ravel()] for i in interfaces]
         self._rest: Elimination | None = None
 
-    def fill(self, S: Floats, conditions: Sequence[Conditions]) -> None:
+    def fill(self, S: Floats, conditions: Sequence[ContactState]) -> None:
         """Take the contact of a state; collective.
 
         Args:

@@ -1,4 +1,4 @@
-"""Newton's linear systems of a linear bulk: factorised once for the whole run.
+"""Linear bulk: factorised once for the whole run.
 
 The interior follows the unknowns of the interfaces, x_i = K_ii⁻¹ (f_i - K_ic x_c), and answers with
 their Schur complement S. Newton's method in x_c alone takes the same steps as in all unknowns; the
@@ -15,9 +15,9 @@ from petsc4py import PETSc
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
 from contactfem.mechanics.condensed import Condensed
-from contactfem.solvers.constrained_dofs import Held
+from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.interface import Iterate
-from contactfem.solvers.interface_solver import OnInterfaces
+from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import RightHandSide, Substructure
 
 
@@ -35,7 +35,7 @@ class _Origin:
     residual: RightHandSide
 
 
-class Constant(OnInterfaces):
+class LinearBulk(InterfaceSolver):
     """Residuals and linear systems on the interfaces of a linear bulk.
 
     Args:
@@ -48,7 +48,7 @@ class Constant(OnInterfaces):
 
     def __init__(self, equations: Condensed, timers: Timers) -> None:
         super().__init__(equations, timers)
-        self._held = Held(self.system)
+        self._held = ConstrainedDofs(self.system)
         kept = np.concatenate((self.unknowns, self._held.numbers))
         self.bulk = Substructure(self.system, self._held.unknown, kept)
         self._factorised = False

@@ -1,4 +1,4 @@
-"""Newton's method for one load step: the only place that drives PETSc's SNES."""
+"""Newton's method for one load step."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -11,16 +11,16 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions, History
+from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.fem.compat import unlock
 from contactfem.fem.petsc_options import MECHANICS, configure
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.condensed import Condensed, Interface
 from contactfem.mechanics.saddle_point import Saddle
 from contactfem.solvers.choice import linear_solver
+from contactfem.solvers.diagnosis import trust_check
 from contactfem.solvers.direct import Direct
-from contactfem.solvers.doubt import doubt
 from contactfem.solvers.interface import Iterate
 
 CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5
@@ -74,8 +74,8 @@ class StepInput:
 
     t: float
     ramp_end: float
-    histories: tuple[History, ...]
-    starts: tuple[Trial | None, ...]
+    histories: tuple[ContactHistory, ...]
+    starts: tuple[ActiveSet | None, ...]
     known: bool
     alone: frozenset[int] = frozenset()
     cautious: bool = False
@@ -148,7 +148,7 @@ class NewtonSolver:
             if better is None:
                 if report.converged:
                     interfaces = self.equations.interfaces
-                    return replace(report, doubt=doubt(interfaces, self.conditions))
+                    return replace(report, doubt=trust_check(interfaces, self.conditions))
                 return report
             step = better
             again = self._solve_once(step)
@@ -170,7 +170,7 @@ class NewtonSolver:
             better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.length)
             histories[k] = better or histories[k]
             improved |= better is not None
-        starts = tuple(Trial(c.status, c.direction) for c in self.conditions)
+        starts = tuple(ActiveSet(c.status, c.direction) for c in self.conditions)
         new = replace(step, histories=tuple(histories), starts=starts, known=True)
         return new if improved else None
 
@@ -180,8 +180,8 @@ class NewtonSolver:
         self._seen: dict[bytes, int] = {}
         self._residuals: list[float] = []
         self._statuses: list[bytes] = []
-        self.history: list[list[Conditions]] = []
-        self.conditions: list[Conditions] = []
+        self.history: list[list[ContactState]] = []
+        self.conditions: list[ContactState] = []
         self._first_jumps = self.system.advance(step.t, step.ramp_end)
         self._evaluations = 0
         self.linear.begin()
@@ -235,18 +235,18 @@ class NewtonSolver:
             self.conditions = found
             self.history.append(found)
 
-    def _lost(self, found: Sequence[Conditions]) -> dict[int, Trial]:
+    def _lost(self, found: Sequence[ContactState]) -> dict[int, ActiveSet]:
         """Interfaces that alone hold a body and have just lost all contact, by their number.
 
         For one iteration more they keep the contact they had: without it the body would be free.
         """
         return {
-            k: Trial(before.status, before.direction)
+            k: ActiveSet(before.status, before.direction)
             for k, (before, now) in enumerate(zip(self.conditions, found, strict=False))
             if k in self._step.alone and before.active.any() and not now.active.any()
         }
 
-    def _reversed(self, found: Sequence[Conditions]) -> dict[int, Trial]:
+    def _reversed(self, found: Sequence[ContactState]) -> dict[int, ActiveSet]:
         """Interfaces with nodes that would slip the other way round than before, by their number.
 
         With caution these stick for one iteration: where a tangential motion turns round, the node
@@ -260,7 +260,7 @@ class NewtonSolver:
             turned = before.direction * now.direction < 0.0
             if turned.any():
                 status = np.where(turned, Status.STICK, now.status).astype(np.int8)
-                result[k] = Trial(status, np.where(turned, 0.0, now.direction))
+                result[k] = ActiveSet(status, np.where(turned, 0.0, now.direction))
         return result
 
     def reactions(self) -> list[float]:

@@ -1,4 +1,4 @@
-"""Factor of a matrix that gives away its dense Schur complement on some unknowns; on one rank."""
+"""Factor of a matrix with its dense Schur complement, on one rank."""
 
 from ctypes import POINTER, byref, c_double, c_int, c_void_p
 

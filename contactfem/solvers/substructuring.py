@@ -1,4 +1,4 @@
-"""The bulk condensed to some of its unknowns: by every rank over its own cells, then all together.
+"""Schur complement of the bulk, by substructuring over the ranks.
 
 A rank eliminates what only its cells touch. What is left, the kept unknowns and those between the
 ranks, is one dense matrix, the sum of the ranks' Schur complements, in which the latter go as well.

@@ -1,4 +1,4 @@
-"""One run in a process of its own, so that its seconds and its memory are its own."""
+"""One run in its own process, to measure time and memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a finer run of a case changes in its file: cells, steps, or the errors asked for."""
+"""Changes of a case file from level to level."""
 
 import json
 from collections.abc import Collection, Iterator

@@ -1,4 +1,4 @@
-"""Families of runs of one case: curves of runs that become finer from level to level."""
+"""Families of runs of one case, finer from level to level."""
 
 from __future__ import annotations
 

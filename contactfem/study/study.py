@@ -1,4 +1,4 @@
-"""Run a family of runs, measure their errors and costs, and say how one falls with the other."""
+"""A study: errors, costs and observed orders of runs."""
 
 from __future__ import annotations
 

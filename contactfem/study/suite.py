@@ -1,4 +1,4 @@
-"""Run every case of a folder and judge them all in one table."""
+"""All cases of a folder, judged in one table."""
 
 from __future__ import annotations
 

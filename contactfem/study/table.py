@@ -1,4 +1,4 @@
-"""Runs of a study with their errors, as tables to read, to compute with and to print."""
+"""Tables of the runs of a study."""
 
 from __future__ import annotations
 

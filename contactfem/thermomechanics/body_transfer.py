@@ -9,7 +9,7 @@ from contactfem.fem.body_mesh import dofs_at_vertices
 from contactfem.fem.vertex_values import VertexValues
 from contactfem.heat.body import HeatBody
 from contactfem.mechanics.body import BodyProblem
-from contactfem.transfer.lumped_projection import Projection
+from contactfem.transfer.lumped_projection import LumpedProjection
 from contactfem.transfer.volume import VolumeTransfer
 
 
@@ -48,10 +48,10 @@ class BodyLink:
         return VolumeTransfer(self._comm, self._mechanics.mesh, self._heat.mesh, self._heat.name)
 
     @cached_property
-    def _to_mechanics(self) -> Projection:
-        return Projection(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
+    def _to_mechanics(self) -> LumpedProjection:
+        return LumpedProjection(self._comm, self._heat.mesh, self._mechanics.mesh, self._heat.name)
 
-    def deform(self) -> None:
+    def set_displacement(self) -> None:
         """Give the heat problem the present displacement; collective."""
         mechanics, u = self._mechanics, self._heat.u.x.array
         if self._same:
@@ -60,7 +60,7 @@ class BodyLink:
             values = self._u_source.replicate(mechanics.u.x.array)
             self._u_target.insert(self._to_heat(values), u)
 
-    def warm(self, theta: Floats) -> None:
+    def set_temperature(self, theta: Floats) -> None:
         """Give the mechanical problem temperatures of the heat problem, flat local; collective."""
         array = self._temperature.x.array
         if self._same:
@@ -70,7 +70,7 @@ class BodyLink:
             self._theta_target.insert(self._to_mechanics(values), array)
 
     @property
-    def warmth(self) -> Floats:
+    def mechanical_temperature(self) -> Floats:
         """Temperatures that mechanics has, flat local; to be written to [K]."""
         array: Floats = self._temperature.x.array
         return array

@@ -6,8 +6,8 @@ import numpy as np
 
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
-from contactfem.contact.rim import rim_values
-from contactfem.contact.state import Conditions
+from contactfem.contact.rim import edge_values
+from contactfem.contact.state import ContactState
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.meshes.data import Surface
 from contactfem.transfer.surface import SurfaceTransfer
@@ -32,10 +32,12 @@ class InterfaceLink:
     to_mechanics: SurfaceTransfer
     pressure: Table | None
     dissipation: Table | None
-    rubs: bool
+    has_friction: bool
     surface: Surface
 
-    def exchange(self, c: Conditions | None, t: float, dt: float, ramp_end: float) -> HeatExchange:
+    def exchange(
+        self, c: ContactState | None, t: float, dt: float, ramp_end: float
+    ) -> HeatExchange:
         """What the interface exchanges at the end of a step; collective.
 
         Args:
@@ -48,7 +50,7 @@ class InterfaceLink:
         pressure, density, power = np.zeros(n), np.zeros(n), None
         if c is not None:
             pressure = contact_pressure(c)
-            if self.rubs:
+            if self.has_friction:
                 density, power = friction_heat(c, dt)
         if self.pressure is not None:
             pressure = np.full(n, self.pressure(t + dt))
@@ -62,12 +64,12 @@ class InterfaceLink:
         return self.heat.exchange(x, self.to_heat(pressure), heat, power)
 
 
-def contact_pressure(c: Conditions) -> Floats:
+def contact_pressure(c: ContactState) -> Floats:
     """Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
-    return np.asarray(np.maximum(np.where(c.active, rim_values(c)[0], 0.0), 0.0))
+    return np.asarray(np.maximum(np.where(c.active, edge_values(c)[0], 0.0), 0.0))
 
 
-def friction_heat(c: Conditions, dt: float) -> tuple[Floats, float]:
+def friction_heat(c: ContactState, dt: float) -> tuple[Floats, float]:
     """Frictional heat per area d = t·ṡ (17) and frictional power of an interface.
 
     Args:
@@ -77,6 +79,6 @@ def friction_heat(c: Conditions, dt: float) -> tuple[Floats, float]:
     Returns:
         d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D⁰_jj t_j s_j / dt [W/m].
     """
-    density = np.where(c.active, rim_values(c)[1] * c.plastic_slip / dt, 0.0)
+    density = np.where(c.active, edge_values(c)[1] * c.plastic_slip / dt, 0.0)
     power = float(np.sum(c.history.D * c.traction * c.plastic_slip)) / dt
     return np.maximum(density, 0.0), power

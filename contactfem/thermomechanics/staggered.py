@@ -1,4 +1,4 @@
-"""One coupled step: mechanics at given temperatures, heat in the configuration found, and again."""
+"""The staggered step: mechanics, exchange, heat, and again."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,10 +8,10 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution
-from contactfem.laws.active_set import Trial
+from contactfem.laws.active_set import ActiveSet
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.thermomechanics.thermal_problem import Thermal
 
@@ -107,17 +107,19 @@ class Staggered:
 
     def _mechanics(
         self, step: StepInput, guess: Sequence[Floats], before: SolveReport
-    ) -> tuple[SolveReport, Sequence[Conditions | None]]:
+    ) -> tuple[SolveReport, Sequence[ContactState | None]]:
         """Mechanics at the guessed temperatures; iterations of all passes add up."""
         interfaces = self._thermal.interfaces
         if self._solver is None:
             return before, [None] * len(interfaces)
         with self._solver.timers.book("transfer"):
-            self._thermal.warm(guess)
-            warm = [self._thermal.surface_temperature(k, guess) for k in range(len(interfaces))]
+            self._thermal.set_temperature(guess)
+            set_temperature = [
+                self._thermal.surface_temperature(k, guess) for k in range(len(interfaces))
+            ]
         histories = tuple(
             replace(history, temperature=temperature)
-            for history, temperature in zip(step.histories, warm, strict=True)
+            for history, temperature in zip(step.histories, set_temperature, strict=True)
         )
         report = self._solver.solve(replace(step, histories=histories))
         report = replace(
@@ -127,9 +129,9 @@ class Staggered:
         )
         return report, self._solver.conditions
 
-    def _again(self, step: StepInput, conditions: Sequence[Conditions | None]) -> StepInput:
+    def _again(self, step: StepInput, conditions: Sequence[ContactState | None]) -> StepInput:
         """The same step from the contact status that the last pass found."""
-        starts = tuple(None if c is None else Trial(c.status, c.direction) for c in conditions)
+        starts = tuple(None if c is None else ActiveSet(c.status, c.direction) for c in conditions)
         return replace(step, starts=starts, known=True)
 
     def _relative(self, difference: Sequence[Floats], theta: Sequence[Floats]) -> float:

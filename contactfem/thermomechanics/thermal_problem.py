@@ -1,9 +1,9 @@
-"""The heat side of a run: its bodies and interfaces, and their links to those of mechanics."""
+"""Heat of a run: bodies, interfaces, transfers to mechanics."""
 
 from collections.abc import Sequence
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import Conditions
+from contactfem.contact.state import ContactState
 from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution, HeatStepInput, HeatSystem
@@ -45,20 +45,20 @@ class Thermal:
         """The heat problems."""
         return self.system.bodies
 
-    def warm(self, theta: Sequence[Floats]) -> None:
+    def set_temperature(self, theta: Sequence[Floats]) -> None:
         """Give mechanics its temperatures; collective.
 
         Args:
             theta: Flat local arrays of the bodies [K].
         """
         for link, values in zip(self.links, theta, strict=True):
-            link.warm(values)
+            link.set_temperature(values)
 
     def solve(
         self,
         theta: Sequence[Floats],
         u: Sequence[Floats],
-        conditions: Sequence[Conditions | None],
+        conditions: Sequence[ContactState | None],
         t: float,
         dt: float,
         ramp_end: float,
@@ -78,7 +78,7 @@ class Thermal:
         """
         with self.system.timers.book("transfer"):
             for link in self.links if self.moving else ():
-                link.deform()
+                link.set_displacement()
         with self.system.timers.book("heat.interface"):
             exchanges = [
                 link.exchange(c, t, dt, ramp_end)

@@ -1,4 +1,4 @@
-"""Nodal values on another mesh of a body, with their integrals kept locally."""
+"""Lumped L2 projection between two meshes of a body."""
 
 from math import factorial
 
@@ -24,7 +24,7 @@ REFERENCE = {  # corners of the reference cells
 }
 
 
-class Projection:
+class LumpedProjection:
     """Interpolation, corrected by what the field has between the target's vertices.
 
     A linear interpolant of a bent field lies on one side of it: where meshes are replaced at every

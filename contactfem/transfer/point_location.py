@@ -1,4 +1,4 @@
-"""Where points lie in a mesh: in which cell, or how far outside, and what interpolates there."""
+"""Location of points in a mesh: cell and interpolation weights."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Linear shape functions of dolfinx's cells, and the way back from a point to where it lies."""
+"""Linear shape functions, and reference coordinates of points."""
 
 from functools import reduce
 from itertools import product

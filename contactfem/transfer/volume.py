@@ -1,4 +1,4 @@
-"""Nodal values from one mesh of a body to another: sparse matrices, built once per pair of meshes.
+"""Nodal values from one mesh of a body to another (29).
 
 Values are replicated: each rank holds those of all vertices, in input numbering, and the same
 matrices, so that to apply one takes no communication.

@@ -1,4 +1,4 @@
-"""Closed forms of steady heat conduction in bodies that touch, to hold temperatures against.
+"""Closed forms of steady heat conduction through contact.
 
 Bodies are named as in an interface: nonmortar (nm) and mortar (m); the heat conducted through it is
 h (θ_nm - θ_m), and the frictional power d enters nonmortar with the share f.

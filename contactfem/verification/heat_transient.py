@@ -1,4 +1,4 @@
-"""Closed forms of heat that spreads in time: half spaces and slabs that touch and rub.
+"""Closed forms of transient heat conduction and friction.
 
 Bodies are named as in an interface: nonmortar (nm) and mortar (m); the heat conducted through it is
 h (θ_nm - θ_m), and the frictional power d enters nonmortar with the share f.

@@ -1,4 +1,4 @@
-"""Exact homogeneous states of the thermoelastic neo-Hooke solid, alone and in stacked blocks.
+"""Homogeneous states of the thermoelastic Neo-Hooke solid.
 
 The Cauchy stress is σ = [K (ln J - 3αϑ) 1 + μ dev b̄] / J with b̄ = J^(-2/3) F Fᵀ.
 """

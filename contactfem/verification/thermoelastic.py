@@ -1,4 +1,4 @@
-"""Closed forms of bodies between two walls whose contact pressure decides what they conduct.
+"""Closed forms with conductance that depends on pressure.
 
 Temperatures θ are over the stress-free state, pressures p > 0 in compression, gaps g > 0 open.
 """

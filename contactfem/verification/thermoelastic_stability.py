@@ -1,4 +1,4 @@
-"""Closed forms of the stability of heat and mechanics together: Barber's rod, the isothermal split.
+"""Closed forms of thermoelastic stability: Barber's rod, isothermal split.
 
 Temperatures θ are over the stress-free state, pressures p > 0 in compression, gaps g > 0 open.
 """

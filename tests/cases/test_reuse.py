@@ -119,7 +119,7 @@ def assert_same(a: RunResult, b: RunResult, tolerance: float) -> None:
 def nodal_forces(table: InterfaceTable, component: int) -> np.ndarray:
     """Normal or tangential force of every nonmortar node."""
     stress = (table.pressure, table.traction)[component]
-    return np.nan_to_num(stress) * table.cover * table.facet_length * table.depth
+    return np.nan_to_num(stress) * table.coverage * table.facet_length * table.depth
 
 
 def largest_force(run: RunResult) -> float:

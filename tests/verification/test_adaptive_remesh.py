@@ -88,14 +88,14 @@ def run(folder, text, remeshes):
     case, steps = read_case(folder / "case.toml"), []
 
     def see(report, state, discretisation):
-        warm = 0.0
+        set_temperature = 0.0
         if discretisation.heat is not None:
             ones = [np.ones_like(theta) for theta in state.theta]
             product = discretisation.heat.product
-            warm = product(state.theta, ones) / product(ones, ones)
+            set_temperature = product(state.theta, ones) / product(ones, ones)
         status = [c.status for c in state.conditions]
         slip = [np.abs(s).max() for s in state.slip]
-        steps.append((np.array(report.forces["seam"]), warm, status[0], slip[0]))
+        steps.append((np.array(report.forces["seam"]), set_temperature, status[0], slip[0]))
 
     with remeshed(remeshes) as count:
         result = watch(case, see)
@@ -128,10 +128,12 @@ def test_a_sticking_block(tmp_path, text):
     _, kept = run(tmp_path, text, 1)
     _, steps = run(tmp_path, text, 99)
     assert abs(kept[-1][0][0]) > 100 and abs(kept[-1][0][1]) > 1e3
-    for (force, warm, status, slip), (force0, *_, slip0) in zip(steps, kept, strict=True):
+    for (force, set_temperature, status, slip), (force0, *_, slip0) in zip(
+        steps, kept, strict=True
+    ):
         assert np.hypot(*(force - force0)) < 0.005 * np.hypot(*force0)
         if "[heat]" in text:  # insulated: none of the heat gets lost
-            assert warm == pytest.approx(10.0, rel=1e-6)
+            assert set_temperature == pytest.approx(10.0, rel=1e-6)
         assert not np.any(status == Status.SLIP)
         assert slip < 1e-12 + 1.1 * slip0  # a penalty lets some through
 

@@ -15,7 +15,7 @@ from contactfem.fem.dof_numbering import Prescribed
 from contactfem.forms.energies import neo_hooke
 from contactfem.forms.mechanics import dead_load
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad
-from contactfem.heat.system import HeatStepInput, HeatSystem, HeldTemperature
+from contactfem.heat.system import HeatStepInput, HeatSystem, PrescribedTemperature
 from contactfem.heat.time_schemes import scheme
 from contactfem.mechanics.body import BodyProblem, Law
 from contactfem.mechanics.bulk_system import System
@@ -51,7 +51,7 @@ def heat_of(mesh, exact=EXACT):
 
 def warmed(body, name="steady", steps=1, exact=EXACT):
     """Temperatures after a second at the body's displacement, boundary prescribed."""
-    held = [HeldTemperature(0, around(body.mesh), exact.theta)]
+    held = [PrescribedTemperature(0, around(body.mesh), exact.theta)]
     system = HeatSystem(COMM, [body], held, scheme(name), {}, Timers())
     start = fem.Function(body.V)
     start.interpolate(lambda x: exact.theta(x, 0.0))
@@ -159,9 +159,9 @@ def test_coupled(own, cell):
         heat = heat_of(thermal)
         link = BodyLink(COMM, mechanics, heat)
         for _ in range(4):
-            link.warm(heat.theta.x.array)
+            link.set_temperature(heat.theta.x.array)
             moved(mechanics)
-            link.deform()
+            link.set_displacement()
             warmed(heat)
         found.append(
             np.concatenate(

@@ -60,7 +60,7 @@ def test_constant_of_the_active_set_does_not_matter(solved, same, variant, facto
 def test_nothing_pulls_along_a_smooth_interface(solved):
     """Not even at a node that is covered by 1e-12, whose force has no digits left."""
     (table,) = solved("patch", variant="cover_1e-12").interfaces
-    assert 0 < table.cover.min(where=table.cover > 0, initial=1) < 2e-12
+    assert 0 < table.coverage.min(where=table.coverage > 0, initial=1) < 2e-12
     assert abs(table.traction).max() < 1e-9 * table.pressure.max()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from verification.p1_conduction import Joint, Plate, jittered, solve
 
-from contactfem.adaptivity.recovery.constraints import Conditions, with_conditions
+from contactfem.adaptivity.recovery.constraints import ConstraintRows, with_conditions
 from contactfem.adaptivity.recovery.interface import Side, ThermalState, recover_heat_flux
 from contactfem.adaptivity.recovery.norms import quadrature, squared_errors, squared_norms
 from contactfem.adaptivity.recovery.patches import patches
@@ -182,7 +182,7 @@ def test_known_heat_flow_improves_the_boundary():
     a = fits.fit(samples)
     exact = hot_flux(plate.points[edge])
     normals = np.tile([0.0, -1.0], (len(edge), 1))
-    known = Conditions(edge, normals, (exact * normals).sum(1))
+    known = ConstraintRows(edge, normals, (exact * normals).sum(1))
     off = [np.abs(c[edge, 0] - exact).max(0) for c in (a, with_conditions(fits, a, known))]
     assert off[1][1] < 1e-6 < 1e-3 < off[0][1]
     assert off[1][0] == pytest.approx(off[0][0], rel=1e-6)

@@ -12,8 +12,8 @@ from mpi4py import MPI
 from contactfem.case.read import read_case
 from contactfem.contact.conditions import Contact, ContactLaw
 from contactfem.contact.resultants import defects
-from contactfem.contact.state import History
-from contactfem.laws.active_set import Status, Trial
+from contactfem.contact.state import ContactHistory
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.laws.friction import Coulomb
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.mortar.interface_mesh import InterfaceMesh
@@ -115,8 +115,8 @@ def resultants(mesh: InterfaceMesh, x: np.ndarray) -> tuple[float, float]:
     turn = np.arctan2(x[:n, 1], x[:n, 0])[:, None]
     p, t = 1.0 + 0.5 * np.sin(turn) + 0.4 * np.cos(3 * turn), 0.7 - 0.5 * np.cos(2 * turn)
     traction = p * operators.normals.n + t * operators.normals.tangent
-    start = Trial(np.full(n, Status.STICK, np.int8), np.zeros(n))
-    history = History(operators.D, operators.M)
+    start = ActiveSet(np.full(n, Status.STICK, np.int8), np.zeros(n))
+    history = ContactHistory(operators.D, operators.M)
     c = contact.imposed(operators, traction, history, start)
     force = c.nodal_forces()
     moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])

@@ -27,7 +27,7 @@ BLOCK = """
 material = "solid"
 mesh = {{ builder = "block", width = "2 mm", height = "1 mm", nx = {n}, ny = 4 }}
 """
-HELD = """
+PRESCRIBED = """
 [[conditions]]
 on = "block.bottom"
 displacement = ["0 mm", "0 mm"]
@@ -59,7 +59,7 @@ def test_user_energy_gives_the_same_numbers(tmp_path):
     """A law is one function of a user's; written differently it must not change the answer."""
     (tmp_path / "mine.py").write_text(USER_ENERGY)
     press = '[[conditions]]\non = "block.top"\ndisplacement = ["0.2 mm", "-0.2 mm"]\n'
-    body = BLOCK.format(n=6) + HELD + press
+    body = BLOCK.format(n=6) + PRESCRIBED + press
     ours = solve(tmp_path, head() + body)
     theirs = solve(tmp_path, head(model="mine.py:psi") + body)
     assert np.abs(ours.bodies[0].displacement).max() > 1e-4
@@ -123,7 +123,7 @@ search_radius = "0.5 mm"
 
 def test_circular_obstacle_pushes_down_on_its_own(tmp_path):
     """A rigid circle has no mesh and no unknowns; its nodes lie on it and forces are symmetric."""
-    result = solve(tmp_path, head(step="0.25 s") + BLOCK.format(n=24) + HELD + OBSTACLE)
+    result = solve(tmp_path, head(step="0.25 s") + BLOCK.format(n=24) + PRESCRIBED + OBSTACLE)
     assert result.converged
     table = result.interfaces[0]
     active = table.status > 0
@@ -150,7 +150,7 @@ search_radius = "1 mm"
 
 def test_polyline_obstacle(tmp_path):
     """A blunt wedge pressed into a block: symmetric, in balance, and nothing reaches into it."""
-    result = solve(tmp_path, head(step="0.25 s") + BLOCK.format(n=25) + HELD + WEDGE)
+    result = solve(tmp_path, head(step="0.25 s") + BLOCK.format(n=25) + PRESCRIBED + WEDGE)
     assert result.converged
     table = result.interfaces[0]
     assert (table.status > 0).sum() >= 5
@@ -216,7 +216,7 @@ def test_failed_step_gives_back_everything(tmp_path, monkeypatch):
 
     The reference takes the accepted steps one by one, without a failure: history must be the same.
     """
-    text = BLOCK.format(n=6) + HELD + RUB
+    text = BLOCK.format(n=6) + PRESCRIBED + RUB
     original, failed = NewtonSolver.solve, []
 
     def fails_once(self: NewtonSolver, step: StepInput) -> SolveReport:
@@ -252,7 +252,7 @@ LAWS = {
 def test_friction_laws_in_a_run(tmp_path, law):
     """Where nodes slip the traction is what the law says of pressure, speed and temperature."""
     block = BLOCK.format(n=6) + 'temperature = "10 K"\n'
-    text = head(step="0.125 s") + block + HELD + RUB.replace("coefficient = 0.3", law)
+    text = head(step="0.125 s") + block + PRESCRIBED + RUB.replace("coefficient = 0.3", law)
     before = solve(tmp_path, text.replace('end = "1 s"', 'end = "0.875 s"')).interfaces[0]
     result = solve(tmp_path, text)
     assert result.converged and result.steps[-1].iterations <= 8
@@ -266,7 +266,7 @@ def test_friction_laws_in_a_run(tmp_path, law):
 
 def test_penalty_converges_to_exact_contact(tmp_path):
     """Of order one in 1/ε_N, and an augmented Lagrangian gives the exact answer with any ε_N."""
-    text = head(step="0.25 s") + BLOCK.format(n=6) + HELD
+    text = head(step="0.25 s") + BLOCK.format(n=6) + PRESCRIBED
     exact = solve(tmp_path, text + RUB).interfaces[0]
 
     def difference(normal: str) -> float:

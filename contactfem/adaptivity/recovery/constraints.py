@@ -1,4 +1,4 @@
-"""Recovered polynomials that also obey linear conditions, such as known tractions or heat flows."""
+"""Patch recovery under linear constraints, such as known tractions (36)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -90,7 +90,7 @@ def constrained(
 
 
 @dataclass(frozen=True)
-class Conditions:
+class ConstraintRows:
     """Known combinations a · τ*(x_I) = b at vertices, one by one; several at one are allowed.
 
     Attributes:
@@ -105,7 +105,7 @@ class Conditions:
 
 
 def with_conditions(
-    patches: Patches, coefficients: Floats, conditions: Conditions, penalty: float = PENALTY
+    patches: Patches, coefficients: Floats, conditions: ConstraintRows, penalty: float = PENALTY
 ) -> Floats:
     """Recovered polynomials that obey what is known on the boundary (Wiberg et al. 1998).
 

@@ -1,4 +1,4 @@
-"""Recovery on contact boundaries: patches of both bodies fitted together across the interface.
+"""Recovery on contact boundaries: joint patches of both bodies (34), (35).
 
 Every surface vertex has its standard patch; the extended patch is that of the closest vertex on the
 other body. Each of the two surfaces is the standard one in turn, with its own outward normals n and

@@ -1,4 +1,4 @@
-"""Superconvergent patch recovery: smooth stresses or fluxes from their values in the cells."""
+"""Superconvergent patch recovery of stresses and heat fluxes (33)."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Estimated error of a time step: the recovered rate of two steps against that of cG(1)."""
+"""Estimated error of a time step (37)-(39)."""
 
 from contactfem.results.relative_error import RelativeError
 

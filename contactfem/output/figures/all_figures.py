@@ -1,4 +1,4 @@
-"""Draw a finished run: stress, interfaces, the course over time and the convergence of Newton."""
+"""All figures of a finished run."""
 
 from __future__ import annotations
 
@@ -162,8 +162,8 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
     bodies = result.bodies
     moves = result.case.mechanics
     if moves and bodies and all(b.points.shape[1] == 2 and "stress" in b.fields for b in bodies):
-        rubs = any(side.friction is not None for side in result.case.interfaces.values())
-        for component in ("yy", "xy") if rubs else ("yy",):
+        has_friction = any(side.friction is not None for side in result.case.interfaces.values())
+        for component in ("yy", "xy") if has_friction else ("yy",):
             paths.append(draw_stress(result, component, directory / f"stress_{component}.png"))
     if result.heat and all(body.points.shape[1] == 2 for body in result.heat):
         paths.append(draw_temperature(result, directory / "temperature.png"))

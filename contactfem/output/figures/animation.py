@@ -1,4 +1,4 @@
-"""A film of a run from its snapshots: stress in the deformed bodies, heat close to the contact."""
+"""Animation of a run from its frames."""
 
 from __future__ import annotations
 

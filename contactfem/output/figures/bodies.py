@@ -1,4 +1,4 @@
-"""Deformed bodies coloured by a nodal field, whole and, where the contact is small, close up."""
+"""Deformed bodies coloured by a nodal field."""
 
 from __future__ import annotations
 

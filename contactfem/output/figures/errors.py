@@ -1,4 +1,4 @@
-"""Draw how indicated errors, the step and the cells went over time, with new meshes marked."""
+"""Indicated errors, time step and cells over time."""
 
 from __future__ import annotations
 

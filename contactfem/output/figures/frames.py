@@ -1,4 +1,4 @@
-"""Snapshots of a run: all bodies at a time, in one file each, for films and for figures."""
+"""Frames: all bodies at one time, in one file each."""
 
 from dataclasses import dataclass
 from pathlib import Path

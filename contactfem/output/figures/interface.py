@@ -1,4 +1,4 @@
-"""Draw one interface: pressure and traction over their closed form, gap and slip below."""
+"""Pressure, traction, gap and slip along one interface."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ def _is_monotone(values: Floats) -> bool:
 
 def _shade(axes: Axes, strip: _Strip) -> None:
     """Shade the zones of stick and slip, or of contact; what stays white is open."""
-    rubs = strip.friction is not None
+    has_friction = strip.friction is not None
     status = strip.table.status[carriers(strip.table)]
     starts = np.flatnonzero(np.diff(status, prepend=-2))
     for first, after in zip(starts, [*starts[1:], len(status)], strict=True):
         if status[first] in ACTIVE:
             ends = max(first - 0.5, 0.0), min(after - 0.5, len(status) - 1.0)
-            shade = SLIP_SHADE if rubs and status[first] == Status.SLIP else STICK_SHADE
+            shade = SLIP_SHADE if has_friction and status[first] == Status.SLIP else STICK_SHADE
             axes.axvspan(*(value_at(strip.s, end) for end in ends), color=shade, lw=0, zorder=0)
 
 
@@ -197,26 +197,26 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
         The path.
     """
     strip = _strip(result, table)
-    rubs, hot = strip.friction is not None, table.heat is not None
+    has_friction, hot = strip.friction is not None, table.heat is not None
 
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch
 
-        top, bottom, *warm = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
+        top, bottom, *set_temperature = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
         _paint_stresses(top, strip, result)
         _paint_motion(bottom, strip)
-        for axes in warm:
+        for axes in set_temperature:
             _paint_heat(axes, strip)
-        for axes in (top, bottom, *warm):
+        for axes in (top, bottom, *set_temperature):
             grid(axes)
             _shade(axes, strip)
         top.axhline(0.0, color="#555555", lw=0.8, zorder=1)
         bottom.set_xlim(*strip.window)
-        (bottom, *warm)[-1].set_xlabel(strip.label)
+        (bottom, *set_temperature)[-1].set_xlabel(strip.label)
         top.set_title(f"Interface {table.name}")
         handles, _ = top.get_legend_handles_labels()
-        handles += [Patch(color=STICK_SHADE, label="stick" if rubs else "contact")]
-        handles += [Patch(color=SLIP_SHADE, label="slip")] if rubs else []
+        handles += [Patch(color=STICK_SHADE, label="stick" if has_friction else "contact")]
+        handles += [Patch(color=SLIP_SHADE, label="slip")] if has_friction else []
         top.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return draw(path, Frame(5.4, 4.0 + 1.2 * hot, bottom=0.5), paint)

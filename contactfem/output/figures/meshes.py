@@ -1,4 +1,4 @@
-"""Draw meshes before and after, each cell coloured by the density of its error."""
+"""Meshes before and after, coloured by the error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How figures look, and how they get to disk; matplotlib is imported when one is drawn."""
+"""Style of figures, and how they are saved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of a report about errors, new meshes, and what the same error would cost uniformly."""
+"""Report tables of errors, new meshes and the uniform alternative."""
 
 from __future__ import annotations
 

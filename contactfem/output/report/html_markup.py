@@ -1,4 +1,4 @@
-"""Pieces of a web page: elements that escape their text, tables, small curves."""
+"""HTML elements, tables and small curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One page about a run that needs nothing else: words, figures, steps, cost, and how to repeat."""
+"""A run as one self-contained HTML page."""
 
 from __future__ import annotations
 

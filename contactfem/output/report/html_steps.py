@@ -1,4 +1,4 @@
-"""Steps on the page of a run: a row for each with its convergence, and what was decided."""
+"""Table of steps on the HTML page."""
 
 from __future__ import annotations
 

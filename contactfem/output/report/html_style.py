@@ -1,4 +1,4 @@
-"""How the page of a run looks, in light and in dark, on a screen, a phone and on paper."""
+"""Style sheet of the HTML page."""
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2128; --soft: #5c6670; --line: #dfe3e8; --back: #ffffff;

@@ -5,7 +5,7 @@ import pytest
 from verification.p1_conduction import jittered
 
 from contactfem.adaptivity.recovery.constraints import (
-    Conditions,
+    ConstraintRows,
     constrained,
     expansion,
     heat_flow_rows,
@@ -65,7 +65,7 @@ def test_known_heat_flow_is_met_and_right_polynomials_stay(plate):
     samples = plate.points[plate.cells].mean(1) @ slopes
     exact = plate.points @ slopes
     flow = (exact[edge] * normals).sum(1)
-    known = Conditions(edge, heat_flow_rows(normals)[:, 0], flow)
+    known = ConstraintRows(edge, heat_flow_rows(normals)[:, 0], flow)
     a = with_conditions(fits, fits.fit(samples), known)
     assert np.abs(a[:, 0] - exact).max() < 1e-12
     noisy = samples + 0.1 * np.random.default_rng(2).normal(size=samples.shape)
@@ -85,7 +85,7 @@ def test_both_edges_of_a_corner_count(plate):
     other = int(plate.at_edge(1, 0.0)[3])
     normals = np.array([[0.0, -1.0], [0.0, -1.0], [-1.0, 0.0]])
     rows = traction_rows(normals).reshape(-1, 4)
-    known = Conditions(np.repeat([corner, other, corner], 2), rows, np.zeros(6))
+    known = ConstraintRows(np.repeat([corner, other, corner], 2), rows, np.zeros(6))
     a = fits.fit(np.random.default_rng(2).normal(size=(len(plate.cells), 4)))
     values = with_conditions(fits, a, known)[:, 0]
     at = {vertex: values[np.flatnonzero(some == vertex)[0]] for vertex in (corner, other)}
@@ -97,7 +97,9 @@ def test_both_edges_of_a_corner_count(plate):
 def test_conditions_at_other_vertices_are_left_out(plate):
     fits = patches(plate.points, plate.cells, np.array([3, 11]))
     a = fits.fit(np.ones((len(plate.cells), 2)))
-    known = Conditions(np.array([5, 11]), np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([9.0, 4.0]))
+    known = ConstraintRows(
+        np.array([5, 11]), np.array([[1.0, 0.0], [1.0, 0.0]]), np.array([9.0, 4.0])
+    )
     values = with_conditions(fits, a, known)[:, 0]
     np.testing.assert_allclose(values, [[1.0, 1.0], [4.0, 1.0]], atol=1e-6)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contactfem.adaptivity.decisions import Lasting
+from contactfem.adaptivity.decisions import MeshHistory
 from contactfem.checkpoint import archive
 from contactfem.checkpoint import format as checkpoint
 from contactfem.checkpoint.archive import read_archive, write_archive
@@ -38,7 +38,7 @@ STEP = StepReport(1, 0.1 + 0.2, 0.1, 5, 0, (1.0, 1e-13), 1, 2, 3, {"j": (1 / 3, 
 
 def some(steps: int = 1, path: str = "/cases/x.toml") -> Checkpoint:
     reports = tuple(replace(STEP, step=k + 1, t=0.1 * (k + 1)) for k in range(steps))
-    lasting = Lasting(1 / 3, 0.1, {"heat": 3}, {"heat": 4}), Lasting()
+    lasting = MeshHistory(1 / 3, 0.1, {"heat": 3}, {"heat": 4}), MeshHistory()
     failures = (Failure(0.5, "why", 0.25),)
     progress = Progress(
         0.1, 0.2, (5, 7), True, reports, failures, ("so",), (1e3,), 2, True, lasting

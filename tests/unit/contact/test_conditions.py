@@ -6,9 +6,9 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.contact.conditions import Contact, ContactLaw, relative_motion
-from contactfem.contact.state import History
-from contactfem.laws.active_set import Status, Trial
-from contactfem.laws.edge_stabilisation import RIM_COMPLIANCE
+from contactfem.contact.state import ContactHistory
+from contactfem.laws.active_set import ActiveSet, Status
+from contactfem.laws.edge_stabilisation import EDGE_COMPLIANCE
 from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.mortar.interface_mesh import InterfaceMesh
 
@@ -27,7 +27,7 @@ def contact(mesh, mu=MU, c=10.0, comm=MPI.COMM_SELF, radius=0.4):
 
 def history(interface, x):
     operators = interface.operators(x)
-    return History(operators.D, operators.M)
+    return ContactHistory(operators.D, operators.M)
 
 
 def lower_on(upper, nonmortar=4, height=0.0, X=(1.0, 0.0)):
@@ -44,7 +44,7 @@ def lower_on(upper, nonmortar=4, height=0.0, X=(1.0, 0.0)):
 def sticking(interface, x, multiplier=None, before=None):
     """Make conditions with every node that sees the other side sticking."""
     n = interface.mesh.n_nonmortar
-    start = Trial(np.full(n, Status.STICK, np.int8), np.zeros(n))
+    start = ActiveSet(np.full(n, Status.STICK, np.int8), np.zeros(n))
     multiplier = np.zeros((n, 2)) if multiplier is None else multiplier
     past = history(interface, x if before is None else before)
     return interface.imposed(interface.operators(x), multiplier, past, start)
@@ -84,7 +84,7 @@ def test_slip_at_rim_nodes_is_exact(distance, held):
     start = interface.operators(mesh.X)
     seen = start.D > 0
     assert seen.sum() >= 3
-    assert start.cover[seen].min() < 0.5 or held
+    assert start.coverage[seen].min() < 0.5 or held
     width = np.ravel(start.M[:, mesh.n_nonmortar :].sum(1)) if held else start.D
     slip = motion(interface, mesh.X, after)
     np.testing.assert_allclose(slip * start.D, -distance * width, rtol=0, atol=1e-13)
@@ -125,7 +125,7 @@ def test_gap_is_the_distance(height):
     np.testing.assert_allclose(operators.gap[covered], height, atol=1e-15)
     assert operators.gap[4] == np.inf
     np.testing.assert_allclose(operators.full, [0.125, 0.25, 0.25, 0.25, 0.125])
-    np.testing.assert_allclose(operators.cover[:2], 1.0, rtol=1e-14)
+    np.testing.assert_allclose(operators.coverage[:2], 1.0, rtol=1e-14)
     n = mesh.n_nonmortar
     c = interface.conditions(operators, np.zeros((n, 2)), history(interface, mesh.X))
     np.testing.assert_array_equal(c.active, covered & (height < 0))
@@ -203,11 +203,11 @@ def test_rim_rule():
     operators = interface.operators(mesh.X)
     share = 0.2  # of that facet
     f = np.array([0.0, share**2 / 2, share - share**2 / 2 + 0.5])
-    np.testing.assert_allclose(operators.cover[:3], f, rtol=1e-12)
+    np.testing.assert_allclose(operators.coverage[:3], f, rtol=1e-12)
     n = mesh.n_nonmortar
     multiplier = np.column_stack((np.zeros(n), [9.0, 3.0, 2.0, 1.0, 1.0]))
     found = interface.conditions(operators, multiplier, history(interface, mesh.X))
-    kappa = RIM_COMPLIANCE / c * (1 / (2 * f[1]) - 1)
+    kappa = EDGE_COMPLIANCE / c * (1 / (2 * f[1]) - 1)
     np.testing.assert_array_equal(found.rim, [0, 2, 2, 3, 4])
     np.testing.assert_allclose(found.kappa, [0, kappa, 0, 0, 0], rtol=1e-12)
     np.testing.assert_allclose(found.normal_row, [0, kappa * (3 - 2), 0, 0, 0], atol=1e-14)

@@ -7,18 +7,18 @@ from mpi4py import MPI
 
 from contactfem.common.time_table import Table
 from contactfem.contact.conditions import Contact, ContactLaw
-from contactfem.contact.state import History
+from contactfem.contact.state import ContactHistory
 from contactfem.contact.tangent import linearise
 from contactfem.laws.active_set import Status
 from contactfem.laws.friction import Coulomb, VariableCoulomb
 from contactfem.mortar.normals import nodal_normals
 
 MU = 0.4
-HELD = ((0, 0), (9, 0), (9, 1))  # a symmetry line at one end, a Dirichlet node at the other
+PRESCRIBED = ((0, 0), (9, 0), (9, 1))  # a symmetry line at one end, a Dirichlet node at the other
 CASES = {
     "ends beyond": {"nonmortar": 9, "mortar": 11, "span": (-0.05, 1.05)},
     "rim": {"nonmortar": 9, "mortar": 6, "span": (0.15, 0.94)},
-    "held": {"nonmortar": 9, "mortar": 6, "span": (-0.05, 0.78), "held": HELD},
+    "held": {"nonmortar": 9, "mortar": 6, "span": (-0.05, 0.78), "held": PRESCRIBED},
     "finer mortar": {"nonmortar": 9, "mortar": 31, "span": (0.15, 0.94)},
     "one facet": {"nonmortar": 9, "mortar": 1, "span": (0.15, 0.94)},
     "speed": {"nonmortar": 9, "mortar": 11, "span": (-0.05, 1.05)},
@@ -46,7 +46,7 @@ class Scene:
         self.contact = Contact(comm, mesh, law)
         operators = self.contact.operators(start)
         past = 0.1 * rng.normal(size=n)
-        self.history = History(operators.D, operators.M, traction=past, dt=0.01)
+        self.history = ContactHistory(operators.D, operators.M, traction=past, dt=0.01)
         self.x = start + 0.004 * rng.normal(size=start.shape)
         normal = nodal_normals(mesh, self.x).n
         p, t = rng.uniform(-0.2, 1.0, (n, 1)), 0.35 * rng.normal(size=(n, 1))

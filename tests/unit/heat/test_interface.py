@@ -11,7 +11,7 @@ from contactfem.fem.body_mesh import distribute
 from contactfem.heat.body import HeatBody, HeatLaw
 from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
 from contactfem.heat.interface_nodes import HeatNodes
-from contactfem.heat.system import HeatStepInput, HeatSystem, HeldTemperature
+from contactfem.heat.system import HeatStepInput, HeatSystem, PrescribedTemperature
 from contactfem.heat.time_schemes import scheme
 from contactfem.laws.conductance import Constant, GasGap, PowerLaw
 from contactfem.meshes.block import Block
@@ -32,7 +32,7 @@ class Pair:
             HeatBody(name, mesh, HeatLaw(0.2, 2.0), (), **settings)
             for name, mesh in zip(("lower", "upper"), meshes, strict=False)
         ]
-        held = [HeldTemperature(0, meshes[0].surface("bottom").vertices, constant(10.0))]
+        held = [PrescribedTemperature(0, meshes[0].surface("bottom").vertices, constant(10.0))]
         self.system = HeatSystem(comm, self.bodies, held, scheme("cG(1)"), {}, Timers())
         nonmortar = BodySide(0, meshes[0].surface("top"))
         zero = constant(0.0)

@@ -12,7 +12,7 @@ from contactfem.common.timers import Timers
 from contactfem.fem.body_mesh import distribute
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad
 from contactfem.heat.stage_matrix import _blocked
-from contactfem.heat.system import HeatStepInput, HeatSystem, HeldTemperature
+from contactfem.heat.system import HeatStepInput, HeatSystem, PrescribedTemperature
 from contactfem.heat.time_schemes import NAMES, scheme
 from contactfem.meshes.block import Block
 
@@ -27,7 +27,7 @@ def system(name, *, held=True, comm=COMM, n=4, options=None, loads=None):
     mesh = distribute(comm, builder.build() if comm.rank == 0 else None)
     given = [HeatLoad("right", Table((0.0, 1.0), (0.0, 4.0))), HeatLoad(None, constant(3.0))]
     heat = HeatBody("block", mesh, HeatLaw(K, CAPACITY), given if loads is None else loads)
-    prescribed = [HeldTemperature(0, mesh.surface("left").vertices, LEFT)] if held else []
+    prescribed = [PrescribedTemperature(0, mesh.surface("left").vertices, LEFT)] if held else []
     return HeatSystem(comm, [heat], prescribed, scheme(name), options or {}, Timers())
 
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from contactfem.common.time_table import Table
 from contactfem.laws.active_set import Status
-from contactfem.laws.complementarity import Tie, contact_scale, stick_or_slip, trial
-from contactfem.laws.edge_stabilisation import RIM, RIM_COMPLIANCE, rim_compliance
+from contactfem.laws.complementarity import Regularisation, contact_scale, stick_or_slip, trial
+from contactfem.laws.edge_stabilisation import EDGE_COMPLIANCE, EDGE_COVERAGE, edge_compliance
 from contactfem.laws.friction import Coulomb, SlipState, Tresca, VariableCoulomb, frictionless
 
 SCALE = st.floats(1e-3, 1e3)
@@ -20,8 +20,8 @@ def one(value):
 
 
 def judge(p_trial, t, slip, mu=0.5, c=2.0, t_rim=0.0, kappa=0.0):
-    t_trial = trial(one(t), one(slip), one(c), [Tie(one(kappa), one(t_rim))])
-    found = stick_or_slip(one(p_trial), t_trial, one(mu * max(p_trial, 0.0)), rubs=mu > 0)
+    t_trial = trial(one(t), one(slip), one(c), [Regularisation(one(kappa), one(t_rim))])
+    found = stick_or_slip(one(p_trial), t_trial, one(mu * max(p_trial, 0.0)), has_friction=mu > 0)
     return Status(found.status[0]), found.direction[0]
 
 
@@ -66,10 +66,14 @@ def test_without_friction_contact_slips_without_direction(t):
 def test_trial_pressure_limits(p, p_rim, gap, c):
     """No rim rule: p - c g. A vanishing cover: the neighbour's pressure, with the gap over κ."""
     args = [one(v) for v in (p, -gap, c)]
-    assert trial(*args, [])[0] == trial(*args, [Tie(one(0.0), one(p_rim))])[0] == p - c * gap
+    assert (
+        trial(*args, [])[0]
+        == trial(*args, [Regularisation(one(0.0), one(p_rim))])[0]
+        == p - c * gap
+    )
     large = 1e12
     size = abs(p) + abs(p_rim) + c * abs(gap) + 1.0
-    found = trial(*args, [Tie(one(large / c), one(p_rim))])[0]
+    found = trial(*args, [Regularisation(one(large / c), one(p_rim))])[0]
     assert found == pytest.approx(p_rim, abs=1e-11 * size)
 
 
@@ -77,7 +81,7 @@ def test_trial_pressure_limits(p, p_rim, gap, c):
 def test_trial_pressure_where_the_condition_holds(p, p_rim, c, kappa):
     """At g + κ (p - p_k) = 0 the trial pressure is the pressure: the status is consistent."""
     gap = -kappa * (p - p_rim)
-    found = trial(one(p), one(-gap), one(c), [Tie(one(kappa), one(p_rim))])[0]
+    found = trial(one(p), one(-gap), one(c), [Regularisation(one(kappa), one(p_rim))])[0]
     assert found == pytest.approx(p, rel=1e-9, abs=1e-9 * (1 + abs(p_rim)) * (1 + c * kappa))
 
 
@@ -85,7 +89,7 @@ def test_trial_pressure_where_the_condition_holds(p, p_rim, c, kappa):
 def test_penalty_tells_the_same_status_as_its_law(p, gap, c, epsilon):
     """With a = 1/ε the pressure that makes the trial one the same is <-ε g>, at any c."""
     law = max(-epsilon * gap, 0.0)
-    tie = [Tie(one(1 / epsilon), one(0.0))]
+    tie = [Regularisation(one(1 / epsilon), one(0.0))]
     found = trial(one(law), one(-gap), one(c), tie)[0]
     if gap < 0:
         assert found == pytest.approx(law, rel=1e-9)
@@ -118,7 +122,7 @@ def test_every_node_has_one_status(p_trial, t, slip, mu, c):
 def test_nodes_do_not_mix():
     """Arrays are judged entry by entry."""
     t = np.array([0.0, 0, 2, -2])
-    found = stick_or_slip(np.array([1.0, -1, 1, 1]), t, np.full(4, 0.5), rubs=True)
+    found = stick_or_slip(np.array([1.0, -1, 1, 1]), t, np.full(4, 0.5), has_friction=True)
     np.testing.assert_array_equal(found.status, [1, 0, 2, 2])
     np.testing.assert_array_equal(found.direction, [0, 0, 1, -1])
     assert found.status.dtype == np.int8
@@ -126,23 +130,23 @@ def test_nodes_do_not_mix():
 
 def test_rim_compliance_values():
     """κ = (0.1 / c) (1 / 2f - 1) below half a cover, continuous there, and none elsewhere."""
-    cover = np.array([0.0, 1e-12, 0.05, 0.25, RIM, 0.7, 1.0])
-    kappa, slope = rim_compliance(cover, np.full(7, 4.0))
-    a = RIM_COMPLIANCE / 4.0
+    coverage = np.array([0.0, 1e-12, 0.05, 0.25, EDGE_COVERAGE, 0.7, 1.0])
+    kappa, slope = edge_compliance(coverage, np.full(7, 4.0))
+    a = EDGE_COMPLIANCE / 4.0
     np.testing.assert_allclose(kappa, [0, a * (5e11 - 1), 9 * a, a, 0, 0, 0], rtol=1e-14)
     assert (slope[[0, 4, 5, 6]] == 0).all()
-    just_below, _ = rim_compliance(one(RIM - 1e-9), one(4.0))
+    just_below, _ = edge_compliance(one(EDGE_COVERAGE - 1e-9), one(4.0))
     assert 0 < just_below[0] < 1e-8 * a * 3
-    assert RIM_COMPLIANCE == 0.1
+    assert EDGE_COMPLIANCE == 0.1
 
 
-@given(cover=st.floats(1e-6, 0.4999), c=SCALE)
-def test_rim_compliance_slope(cover, c):
+@given(coverage=st.floats(1e-6, 0.4999), c=SCALE)
+def test_rim_compliance_slope(coverage, c):
     """dκ/df by central differences."""
-    h = 1e-5 * cover
-    ends = [rim_compliance(one(f), one(c))[0][0] for f in (cover - h, cover + h)]
-    slope = rim_compliance(one(cover), one(c))[1][0]
-    if cover + h < RIM:
+    h = 1e-5 * coverage
+    ends = [edge_compliance(one(f), one(c))[0][0] for f in (coverage - h, coverage + h)]
+    slope = edge_compliance(one(coverage), one(c))[1][0]
+    if coverage + h < EDGE_COVERAGE:
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h), rel=1e-6)
 
 

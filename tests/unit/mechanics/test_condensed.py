@@ -8,9 +8,9 @@ from mpi4py import MPI
 
 from contactfem.case.read import read_case
 from contactfem.common.timers import Timers
-from contactfem.contact.state import History
+from contactfem.contact.state import ContactHistory
 from contactfem.discretisation.discretise import discretise
-from contactfem.laws.active_set import Status, Trial
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.condensed import Condensed, row_scales
 from contactfem.mortar.normals import nodal_normals
 from contactfem.solvers.newton import NewtonSolver, StepInput
@@ -83,7 +83,7 @@ class Problem:
         self.histories = []
         for interface in self.interfaces:
             operators = interface.contact.operators(interface.nodes.positions(0.0, 1.0))
-            self.histories.append(History(operators.D, operators.M))
+            self.histories.append(ContactHistory(operators.D, operators.M))
         self.system.advance(1.0, 1.0)
         self.condensed = Condensed(self.system, self.interfaces, Timers())
 
@@ -122,7 +122,7 @@ class Problem:
         starts = []
         for interface in self.interfaces:
             n = interface.nodes.mesh.n_nonmortar
-            starts.append(Trial(np.full(n, Status.STICK, np.int8), np.zeros(n)))
+            starts.append(ActiveSet(np.full(n, Status.STICK, np.int8), np.zeros(n)))
         solver = NewtonSolver(self.system, self.interfaces, 1e-13, 30, {}, Timers())
         step = StepInput(1.0, 1.0, tuple(self.histories), tuple(starts), known=False)
         return solver, solver.solve(step)

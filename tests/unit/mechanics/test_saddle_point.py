@@ -11,7 +11,7 @@ from mpi4py import MPI
 from contactfem.case.read import read_case
 from contactfem.check.check import check_case
 from contactfem.common.timers import Timers
-from contactfem.contact.state import History
+from contactfem.contact.state import ContactHistory
 from contactfem.discretisation.discretise import discretise
 from contactfem.errors import CaseError
 from contactfem.laws.active_set import Status
@@ -155,7 +155,7 @@ class Unbalanced:
         self.system, self.interface, self.t = d.system, d.interfaces[0], t
         self.equations = Saddle(d.system, d.interfaces, Timers())
         before = self.interface.contact.operators(self.interface.nodes.positions(0.0, 1.0))
-        self.history = [History(before.D, before.M)]
+        self.history = [ContactHistory(before.D, before.M)]
         self.system.advance(t, 0.125)
         rng = np.random.default_rng(0)
         n = self.interface.nodes.mesh.n_nonmortar

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from contactfem.common.time_table import constant
 from contactfem.contact.conditions import Contact, ContactLaw
-from contactfem.contact.state import History
+from contactfem.contact.state import ContactHistory
 from contactfem.contact.tangent import linearise
 from contactfem.laws.active_set import Status
 from contactfem.laws.friction import Coulomb
@@ -87,7 +87,7 @@ def test_derivative(chains, inside):
         MPI.COMM_SELF, mesh, ContactLaw(Coulomb(0.4), np.full(n, 5.0), 1.0, 0.7, 1.0, 0.3)
     )
     operators = contact.operators(start)
-    history = History(operators.D, operators.M)
+    history = ContactHistory(operators.D, operators.M)
     x = start + 0.004 * moving * rng.normal(size=start.shape)
     field = nodal_normals(mesh, x)
     p, t = rng.uniform(0.2, 1.0, (n, 1)), 0.35 * rng.normal(size=(n, 1))

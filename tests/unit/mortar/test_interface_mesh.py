@@ -89,8 +89,8 @@ def test_symmetry_lines(chains):
 def test_who_carries_a_multiplier(chains):
     """Not a node that is held altogether or in the direction in which contact would push it."""
     mesh, _ = chains(held=((0, 0), (0, 1), (2, 1), (4, 0), (7, 0)))
-    carries = [False, True, False, True, True, True, True, True]
-    np.testing.assert_array_equal(mesh.carries, carries)
+    has_multiplier = [False, True, False, True, True, True, True, True]
+    np.testing.assert_array_equal(mesh.has_multiplier, has_multiplier)
 
 
 def test_neighbours(chains):

@@ -9,15 +9,15 @@ from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
 from contactfem.mortar.segments import cut, find_pairs
 
-HELD = ((0, 0), (0, 1), (3, 1))  # a Dirichlet end and a node inside, both without multiplier
+PRESCRIBED = ((0, 0), (0, 1), (3, 1))  # a Dirichlet end and a node inside, both without multiplier
 CASES = {
     "over the end": {"nonmortar": 5, "mortar": 7},
     "finer nonmortar": {"nonmortar": 9, "mortar": 4, "span": (0.13, 0.88)},
     "one on many": {"nonmortar": 1, "mortar": 9},
     "many on one": {"nonmortar": 20, "mortar": 1, "span": (-0.2, 0.77)},
     "island": {"nonmortar": 3, "mortar": 1, "span": (0.4, 0.6)},
-    "held": {"nonmortar": 6, "mortar": 6, "held": HELD},
-    "held, partly covered": {"nonmortar": 6, "mortar": 5, "span": (0.1, 0.7), "held": HELD},
+    "held": {"nonmortar": 6, "mortar": 6, "held": PRESCRIBED},
+    "held, partly covered": {"nonmortar": 6, "mortar": 5, "span": (0.1, 0.7), "held": PRESCRIBED},
 }
 
 
@@ -78,9 +78,9 @@ def quadrature(mesh, x, points):
         mass, integral = N.T @ (w[:, None] * N), w @ N
         dual = np.linalg.solve(mass, np.diag(integral)).T @ N.T
         for k, j in enumerate(facet):
-            if not mesh.carries[j]:
+            if not mesh.has_multiplier[j]:
                 continue
-            phi, lone = dual[k], not mesh.carries[facet[1 - k]]
+            phi, lone = dual[k], not mesh.has_multiplier[facet[1 - k]]
             if lone:
                 phi = np.ones(len(w))
                 M[j, facet[1 - k]] -= integral[1 - k]
@@ -143,8 +143,8 @@ def test_partition_of_unity(chains, name, seed):
     D, M, _ = dense(mesh, entries(mesh, x))
     np.testing.assert_allclose(M.sum(1), D, rtol=0, atol=1e-14)
     assert (D >= 0).all()
-    assert (D[~mesh.carries] == 0).all()
-    assert not M[~mesh.carries].any()
+    assert (D[~mesh.has_multiplier] == 0).all()
+    assert not M[~mesh.has_multiplier].any()
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -214,7 +214,7 @@ def test_uncovered_facets_are_ignored(chains):
 @pytest.mark.parametrize("differentiate", [False, True])
 def test_facets_add_up(chains, differentiate):
     """Ranks assemble some facets each; together they give the whole."""
-    mesh, x = chains(nonmortar=9, mortar=13, held=HELD)
+    mesh, x = chains(nonmortar=9, mortar=13, held=PRESCRIBED)
     whole = dense(mesh, entries(mesh, x, differentiate))
     parts = [dense(mesh, entries(mesh, x, differentiate, slice(k, None, 3))) for k in range(3)]
     for a, b in zip(whole, zip(*parts, strict=True), strict=True):

@@ -54,7 +54,7 @@ def test_interface_table_keeps_its_digits(table):
         ("pressure [Pa]", table.pressure),
         ("traction [Pa]", table.traction),
         ("gap [m]", table.gap),
-        ("cover", table.cover),
+        ("cover", table.coverage),
     ):
         found = [float(line[name]) for line in lines]
         assert np.allclose(found, values, rtol=1e-14, atol=0.0), name

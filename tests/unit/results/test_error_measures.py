@@ -12,7 +12,7 @@ from contactfem.output.figures.meshes import draw_meshes
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
 from contactfem.output.tables import OutputWriter
 from contactfem.output.terminal import remesh_lines, step_line
-from contactfem.results.data import ErrorStep, MeshErrors, Observed, Remeshing
+from contactfem.results.data import ErrorStep, MeshErrors, Observables, Remeshing
 from contactfem.results.error_measures import errors_of_costs, errors_of_steps, uniform_costs
 
 
@@ -86,9 +86,9 @@ def test_lines(run):
 
 def test_what_new_meshes_change_is_said(run):
     first, *_ = run.steps
-    before = Observed({"sole": (1000.0, -5000.0)}, 80.0, 12.0)
-    change = Observed({"sole": (1020.0, -5000.0)}, 79.5, 12.0).minus(before)
-    assert change == Observed({"sole": (20.0, 0.0)}, -0.5, 0.0)
+    before = Observables({"sole": (1000.0, -5000.0)}, 80.0, 12.0)
+    change = Observables({"sole": (1020.0, -5000.0)}, 79.5, 12.0).minus(before)
+    assert change == Observables({"sole": (20.0, 0.0)}, -0.5, 0.0)
     changed = replace(first, errors=replace(first.errors, change=change))
     assert remesh_lines(changed)[1:] == [
         "they change sole (0.02 N/mm, 0 N/m)  hottest -0.5 K  mean temperature 0 K"

@@ -12,7 +12,7 @@ from contactfem.case.read import read_case
 from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import discretise
 from contactfem.mechanics.bulk_system import System
-from contactfem.solvers.constrained_dofs import Held
+from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.substructuring import Substructure, gathered
 
 pytestmark = [pytest.mark.mpi, pytest.mark.quick]
@@ -95,7 +95,7 @@ def test_complement_condensation_and_expansion(system):
 
 def test_held_dofs_are_rows_of_the_bulk(system):
     """Differences of residuals and reactions are what the condensed bulk says of moves of both."""
-    held = Held(system)
+    held = ConstrainedDofs(system)
     assert len(held.numbers) == 4  # x of both, of the bottom alone, of the left alone; y
     n = system.numbering.n_global
     rng = np.random.default_rng(3)

@@ -12,7 +12,7 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.case.read import read_case
-from contactfem.checkpoint.checkpointer import Keeper
+from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import Origin
 from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import discretise
@@ -82,11 +82,11 @@ def test_linear_fields_go_both_ways(mechanical, thermal, mixed):
     heat = HeatBody("block", meshes[1], HeatLaw(0.2, 2.0), ())
     link = BodyLink(WORLD, body, heat)
     _displace(body)
-    link.deform()
+    link.set_displacement()
     points = heat.displacement_space.tabulate_dof_coordinates().T
     np.testing.assert_allclose(heat.u.x.array.reshape(-1, 2), moved(points).T, rtol=0, atol=1e-12)
     points = heat.V.tabulate_dof_coordinates().T
-    link.warm(linear(points))
+    link.set_temperature(linear(points))
     space = body.temperature.function_space
     expected = linear(space.tabulate_dof_coordinates().T)
     np.testing.assert_allclose(body.temperature.x.array, expected, rtol=1e-12)
@@ -106,8 +106,8 @@ def test_one_mesh_is_shared():
     heat = HeatBody("block", mesh, HeatLaw(0.2, 2.0), ())
     link = BodyLink(WORLD, body, heat)
     values = np.random.default_rng(1).standard_normal(heat.n_dofs)
-    link.warm(values)
-    np.testing.assert_array_equal(np.sort(link.warmth), np.sort(values))
+    link.set_temperature(values)
+    np.testing.assert_array_equal(np.sort(link.mechanical_temperature), np.sort(values))
     assert "_to_heat" not in vars(link)
 
 
@@ -167,7 +167,7 @@ def started():
     discretisation = discretise(case, SELF, timers)
     solver = newton_solver(case, discretisation, timers)
     recorder = Recorder(case, SELF, None, discretisation, timers, "", None)
-    keeper = Keeper(case, SELF, None, Origin("", case.contents, ""), timers, 0.0, bool)
+    keeper = Checkpointer(case, SELF, None, Origin("", case.contents, ""), timers, 0.0, bool)
     loop = Loop(case, discretisation, solver, recorder, keeper, timers, None)
     assert loop.run() == ""
     return loop
@@ -178,7 +178,9 @@ def arrays(loop):
     d = loop.discretisation
     own = [d.system.x.array, *(body.u.x.array for body in d.system.bodies)]
     heat = [a for b in d.heat.bodies for a in (b.u.x.array, b.theta.x.array)]
-    return [np.array(a) for a in (*own, *heat, *(link.warmth for link in d.heat.links))]
+    return [
+        np.array(a) for a in (*own, *heat, *(link.mechanical_temperature for link in d.heat.links))
+    ]
 
 
 @pytest.mark.parametrize("phase", ["mechanics", "heat"])

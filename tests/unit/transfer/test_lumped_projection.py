@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from contactfem.fem.body_mesh import distribute
 from contactfem.meshes.block import Block
-from contactfem.transfer.lumped_projection import Projection
+from contactfem.transfer.lumped_projection import LumpedProjection
 from contactfem.transfer.volume import VolumeTransfer
 
 
@@ -33,7 +33,7 @@ def integral(mesh, values):
 def test_linear_fields_are_kept():
     comm = MPI.COMM_WORLD
     source, target = block(comm, 7, 5), block(comm, 9, 8)
-    move = Projection(comm, source, target, "block")
+    move = LumpedProjection(comm, source, target, "block")
     x, y = data(comm, source).points, data(comm, target).points
     np.testing.assert_allclose(
         move(3.0 * x[:, 0] - x[:, 1] + 2.0), 3.0 * y[:, 0] - y[:, 1] + 2.0, rtol=1e-13
@@ -49,7 +49,7 @@ def test_integrals_of_bent_fields_are_kept_far_better_than_by_interpolation():
     theta = np.exp(-4.0 * x.points[:, 1])
     true = integral(x, theta)
     straight = integral(wanted, VolumeTransfer(comm, source, target, "block")(theta)) - true
-    projected = integral(wanted, Projection(comm, source, target, "block")(theta)) - true
+    projected = integral(wanted, LumpedProjection(comm, source, target, "block")(theta)) - true
     assert straight > 0.0  # chords of a convex field
     assert abs(projected) < 0.2 * straight
 
@@ -65,7 +65,7 @@ def test_a_layer_stays_as_thin_over_many_meshes():
 
     before = second_moment(meshes[0].data, theta)
     growth = []
-    for kind in (VolumeTransfer, Projection):
+    for kind in (VolumeTransfer, LumpedProjection):
         forth, back = (kind(comm, meshes[k], meshes[1 - k], "block") for k in (0, 1))
         values = theta
         for _ in range(10):
@@ -82,7 +82,7 @@ def test_a_layer_thinner_than_the_cells_has_its_content(cell):
     source, target = block(comm, 4, 160), block(comm, 4, 10, cell)
     theta = np.exp(-(source.data.points[:, 1] / 0.01))
     true = integral(source.data, theta)
-    values = Projection(comm, source, target, "block")(theta)
+    values = LumpedProjection(comm, source, target, "block")(theta)
     assert integral(target.data, values) == pytest.approx(true, rel=2e-3)
     straight = VolumeTransfer(comm, source, target, "block")(theta)
     assert integral(target.data, straight) > 4.8 * true
@@ -94,5 +94,5 @@ def test_on_finer_cells_a_field_stays_as_it_is():
     source, target = block(comm, 5, 5), block(comm, 40, 40)
     theta = np.random.default_rng(1).normal(size=len(source.data.points))
     interpolated = VolumeTransfer(comm, source, target, "block")(theta)
-    projected = Projection(comm, source, target, "block")(theta)
+    projected = LumpedProjection(comm, source, target, "block")(theta)
     np.testing.assert_allclose(projected, interpolated, atol=1e-12)

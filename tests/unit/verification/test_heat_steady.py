@@ -37,8 +37,8 @@ def test_two_bars_of_different_metals():
 
 @pytest.mark.parametrize("partition", [0.0, 0.3, 1.0])
 def test_two_bars_balance(partition):
-    warm, cool = Bar(3.0, 0.5, 40.0), Bar(7.0, 2.0, -5.0)
-    found = two_bars(warm, cool, 0.8, 6.0, partition)
+    set_temperature, cool = Bar(3.0, 0.5, 40.0), Bar(7.0, 2.0, -5.0)
+    found = two_bars(set_temperature, cool, 0.8, 6.0, partition)
     through = 0.8 * (found.nonmortar - found.mortar)
     assert found.out == pytest.approx(0.5 * (40.0 - found.nonmortar) / 3.0)
     assert found.into == pytest.approx(2.0 * (found.mortar + 5.0) / 7.0)

@@ -70,9 +70,9 @@ def test_confined_blocks(other, distance, pressure, flux, surfaces, length):
 
 def test_confined_blocks_at_one_temperature():
     """Without a difference of temperature it is the stack of two homogeneous blocks."""
-    warm = NeoHooke(333.0, 35.0, 1e-4, 70.0)
+    set_temperature = NeoHooke(333.0, 35.0, 1e-4, 70.0)
     hard = NeoHooke(8333.0, 3846.0, 1e-5, 70.0)
-    stack = confined_stack(warm, hard, 10.0, 5.0, -1.0)
+    stack = confined_stack(set_temperature, hard, 10.0, 5.0, -1.0)
     blocks = (
         ConfinedBlock(RUBBER, Bar(10.0, 0.2, 70.0)),
         ConfinedBlock(GROUND, Bar(5.0, 9.0, 70.0)),
@@ -104,5 +104,5 @@ def test_confined_blocks_shot_through():
 @pytest.mark.parametrize(("p", "theta"), [(0.0, 50.0), (30.0, 0.0), (80.0, 100.0)])
 def test_volume_ratio_gives_the_stress(p, theta):
     J = HOT.volume_ratio(p, np.array([theta]))[0]
-    warm = NeoHooke(333.0, 35.0, 1e-4, theta)
-    assert warm.uniaxial_strain(J)[0] == pytest.approx(-p, abs=1e-11)
+    set_temperature = NeoHooke(333.0, 35.0, 1e-4, theta)
+    assert set_temperature.uniaxial_strain(J)[0] == pytest.approx(-p, abs=1e-11)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from contactfem.laws.friction import Coulomb, frictionless
-from contactfem.solvers.doubt import SHARE, doubt
+from contactfem.solvers.diagnosis import WITHOUT_SLIP, trust_check
 
 COULOMB = Coulomb(0.3)
 
 
 def scene(friction=COULOMB, before=(1.0, 1.0, 1.0), direction=(1.0, 0.0, 0.0), p=(1.0, 1.0, 1.0)):
     """Three nodes in contact: one slips, two stick or have no slip."""
-    law = SimpleNamespace(friction=friction, rubs=friction is not frictionless)
+    law = SimpleNamespace(friction=friction, has_friction=friction is not frictionless)
     interface = SimpleNamespace(name="sole", contact=SimpleNamespace(law=law))
     conditions = SimpleNamespace(
         active=np.array(p) != 0.0,
@@ -22,7 +22,7 @@ def scene(friction=COULOMB, before=(1.0, 1.0, 1.0), direction=(1.0, 0.0, 0.0), p
         operators=SimpleNamespace(D=np.array((0.5, 1.0, 0.5))),
         history=SimpleNamespace(D=np.array(before)),
     )
-    return doubt([interface], [conditions])
+    return trust_check([interface], [conditions])
 
 
 def test_nodes_that_faced_something_are_no_reason():
@@ -41,7 +41,7 @@ def test_nodes_that_follow_a_neighbour_have_their_friction():
 
 @pytest.mark.parametrize("factor", [0.9, 1.1])
 def test_little_force_is_no_reason(factor):
-    small = factor * SHARE
+    small = factor * WITHOUT_SLIP
     p = (2.0 * (1 - small), 0.0, 2.0 * small)
     assert (scene(before=(1.0, 1.0, 0.0), p=p) != "") == (factor > 1)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from contactfem.solvers.renewal import worth_renewing
+from contactfem.solvers.lagged_bulk import should_refactorise
 
 TOLERANCE = 1e-10
 
@@ -22,8 +22,8 @@ TOLERANCE = 1e-10
     ],
 )
 def test_worth_renewing(residuals, expected):
-    assert worth_renewing(residuals, TOLERANCE) is expected
+    assert should_refactorise(residuals, TOLERANCE) is expected
 
 
 def test_not_a_number_asks_for_a_new_one():
-    assert worth_renewing([0.2, float("nan")], TOLERANCE)
+    assert should_refactorise([0.2, float("nan")], TOLERANCE)
