@@ -16,8 +16,7 @@ from matplotlib.collections import LineCollection, TriMesh
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from contactfem.case.read import read_case
-from contactfem.case.schema import Case
+from contactfem.case import Case, read_case
 from contactfem.common.typing import Floats
 from contactfem.geometry.cells import cell_edges, triangles
 from contactfem.output.figures.frames import Snapshot, read_snapshot, snapshot_files

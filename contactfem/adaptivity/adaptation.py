@@ -88,6 +88,9 @@ class Adaptation:
         self._now = _Progress()
         self._lasting, self._lasting_before = lasting or (MeshHistory(), MeshHistory())
         self._found: dict[str, RelativeError] = {}
+        self._asked: dict[str, tuple[str, ...]] = {}
+        self._reasons: dict[str, str] = {}
+        self._discretisation = discretisation
         self.first_meshes: tuple[MeshErrors, ...] = ()
         self.last_meshes: tuple[MeshErrors, ...] = ()
         self._stress: StressEstimator | None = None
@@ -237,8 +240,7 @@ class Adaptation:
         self.last_meshes = tuple(
             one for problem, bodies in errors.items() for one in _with_errors(problem, bodies, t)
         )
-        self._asked: dict[str, tuple[str, ...]] = {}
-        self._reasons: dict[str, str] = {}
+        self._asked, self._reasons = {}, {}
         for problem, bodies in errors.items():
             tolerance = tolerances[problem]
             assert tolerance is not None

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from collections.abc import Mapping
 from types import FrameType, TracebackType
 from typing import Self
 
@@ -17,6 +18,7 @@ class StopSignals:
 
     def __init__(self, tell: bool) -> None:
         self._tell, self._asked = tell, False
+        self._before: Mapping[int, object] = {}
 
     def __enter__(self) -> Self:
         """Take over the signals."""
@@ -31,7 +33,7 @@ class StopSignals:
     ) -> None:
         """Give the signals back."""
         for number, handler in self._before.items():
-            signal.signal(number, handler)
+            signal.signal(number, handler)  # type: ignore[arg-type]
 
     def __call__(self) -> bool:
         """Whether a signal has come."""

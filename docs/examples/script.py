@@ -5,8 +5,8 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from contactfem.case.read import read_case
-from contactfem.run.driver import run_case
+from contactfem.case import read_case
+from contactfem.run import run_case
 
 folder = Path(__file__).parent
 out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("runs/script")
