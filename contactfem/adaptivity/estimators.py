@@ -13,7 +13,7 @@ from contactfem.adaptivity.boundary_data import (
     vertex_conditions,
     vertex_normals,
 )
-from contactfem.adaptivity.recovery.constraints import ConstraintRows as Known
+from contactfem.adaptivity.recovery.constraints import ConstraintRows
 from contactfem.adaptivity.recovery.constraints import heat_flow_rows, traction_rows
 from contactfem.adaptivity.recovery.interface import (
     MechanicalState,
@@ -25,7 +25,7 @@ from contactfem.adaptivity.recovery.interface import (
 from contactfem.adaptivity.recovery.norms import elastic_compliance, sample_points
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.state import ConstraintRows
+from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.fem.compat import CellExpression
 from contactfem.fem.gathered_mesh import MeshView
@@ -87,7 +87,7 @@ class StressEstimator:
             VertexValues(comm, body.mesh, body.vertex_space),
         )
 
-    def __call__(self, conditions: Sequence[ConstraintRows], t: float) -> list[BodyErrors]:
+    def __call__(self, conditions: Sequence[ContactState], t: float) -> list[BodyErrors]:
         """Errors at the bodies' present displacement, per body; collective.
 
         Args:
@@ -109,7 +109,7 @@ class StressEstimator:
             self._join(interface.name, c, fields)
         return [field.errors() for field in fields.values()]
 
-    def _join(self, name: str, c: ConstraintRows, fields: Mapping[str, RecoveredField]) -> None:
+    def _join(self, name: str, c: ContactState, fields: Mapping[str, RecoveredField]) -> None:
         """Fit both sides of an interface together, (34) and (36)."""
         case, sides = self._case, self._case.interfaces[name]
         has_friction = sides.friction is not None
@@ -224,16 +224,16 @@ def _thermal_state(place: _Place, passes: Bools, heat: Floats) -> ThermalState:
     return ThermalState(place.normals, passes, heat, np.zeros(len(place.vertices)))
 
 
-def _touched(c: ConstraintRows) -> Bools:
+def _touched(c: ContactState) -> Bools:
     """Mortar nodes that touch: at least half of what is opposite does."""
     M = c.operators.M[:, len(c.status) :]
     share, whole = M.T @ c.active.astype(np.float64), np.asarray(M.sum(axis=0)).ravel()
     return np.asarray((whole > 0.0) & (share > TOUCHED * whole))
 
 
-def _on_obstacle(vertices: Ints, state: MechanicalState) -> Known:
+def _on_obstacle(vertices: Ints, state: MechanicalState) -> ConstraintRows:
     """On an obstacle: no traction where open, no tangential one without friction."""
     rows = traction_rows(state.normals)
     known = np.column_stack((~state.active, ~state.active | state.frictionless)).ravel()
     flat = rows.reshape(-1, rows.shape[2])[known]
-    return Known(np.repeat(vertices, 2)[known], flat, np.zeros(int(known.sum())))
+    return ConstraintRows(np.repeat(vertices, 2)[known], flat, np.zeros(int(known.sum())))
