@@ -1,4 +1,4 @@
-"""The first import of dolfinx or petsc4py goes through the package that brought them from PyPI."""
+"""Loads MPI before dolfinx where both come from PyPI."""
 
 import sys
 from importlib import import_module

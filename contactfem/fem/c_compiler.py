@@ -1,4 +1,4 @@
-"""The C compiler that turns forms into machine code while a run starts."""
+"""The C compiler that compiles forms during a run."""
 
 import os
 import shlex

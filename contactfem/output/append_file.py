@@ -1,4 +1,4 @@
-"""A binary file that grows step by step and is whole after every step, whenever the process dies."""
+"""A binary file that grows by whole steps, wherever the process dies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fields of bodies and contact surfaces over time, gathered into the one VTKHDF file of a run."""
+"""Gather fields of bodies and contact surfaces into one VTKHDF file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One VTKHDF file of a run: blocks over time, each with a mesh that may change."""
+"""One VTKHDF file of a run: blocks over time, meshes may change."""
 
 from __future__ import annotations
 
