@@ -11,14 +11,20 @@ from contactfem.meshes.cylinder import Cylinder
 from contactfem.meshes.data import MeshData, Surface
 from contactfem.meshes.die import Die
 from contactfem.meshes.disk import Disk, Ring
+from contactfem.meshes.extrusion import Extrusion
 from contactfem.meshes.file import MeshFile
 from contactfem.meshes.graded_block import GradedBlock
+from contactfem.meshes.graded_box import GradedBox
+from contactfem.meshes.revolution import Revolution
 from contactfem.meshes.tire import Tire
 from contactfem.meshes.wave import Wave
 
 __all__ = ["BUILDERS", "Builder", "MeshData", "MeshFile", "MeshSpec", "Surface"]
 
-BUILDERS = ("block", "box", "cylinder", "die", "disk", "graded_block", "ring", "tire", "wave")
+BUILDERS = (
+    "block", "box", "cylinder", "die", "disk", "extrusion", "graded_block", "graded_box",
+    "revolution", "ring", "tire", "wave",
+)  # fmt: skip
 
 
 def _kind(mesh: Any) -> str | None:
@@ -34,7 +40,10 @@ MeshSpec = Annotated[
     | Annotated[Cylinder, Tag("cylinder")]
     | Annotated[Die, Tag("die")]
     | Annotated[Disk, Tag("disk")]
+    | Annotated[Extrusion, Tag("extrusion")]
     | Annotated[GradedBlock, Tag("graded_block")]
+    | Annotated[GradedBox, Tag("graded_box")]
+    | Annotated[Revolution, Tag("revolution")]
     | Annotated[Ring, Tag("ring")]
     | Annotated[Tire, Tag("tire")]
     | Annotated[Wave, Tag("wave")]

@@ -1,5 +1,7 @@
 """Results of a run, and numbers measured on them."""
 
+from importlib import import_module
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,9 +13,9 @@ __all__ = ["InterfaceTable", "RunResult", "StepReport", "measure"]
 
 def __getattr__(name: str) -> Any:
     """Load a record of `results.data`, or `measure`, when it is first asked for (PEP 562)."""
-    from contactfem.results import data, measures
-
-    for module in (data, measures):
-        if not name.startswith("_") and name in vars(module):
-            return vars(module)[name]
+    if not name.startswith("_"):
+        for part in ("data", "measures"):
+            module = import_module(f"contactfem.results.{part}")
+            if name in vars(module):
+                return vars(module)[name]
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

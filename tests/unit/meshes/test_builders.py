@@ -25,6 +25,12 @@ BOX = {"builder": "box", "width": "2 m", "height": "1 m", "depth": "3 m", "nx": 
 DIE = {"builder": "die", "width": "1.2 m", "straight": "0.9 m", "radius": "0.75 m", "n_side": 7}
 DIE |= {"point": ["1 m", "2 m"], "n_arc": 96}
 TIRE = {"builder": "tire", "point": ["1 m", "2 m"], "size": "5 mm", "tread_size": "1 mm"}
+EXTRUDED = {"builder": "extrusion", "plane": BLOCK, "depth": "3 m", "layers": 2}
+HOOP = {"builder": "ring", "inner_radius": "2 m", "outer_radius": "3 m", "facets": 36, "layers": 4}
+AWAY = BLOCK | {"corner": ["1 m", "2 m"]}
+REVOLVED = {"builder": "revolution", "plane": AWAY, "layers": 24}
+GRADED = {"builder": "graded_box", "width": "2 m", "height": "1 m", "depth": "2 m"}
+GRADED |= {"zone_x": ["0.8 m", "1.2 m"], "zone_z": ["0.8 m", "1.2 m"], "size": "0.1 m"}
 FLAT: dict[str, dict[str, Any]] = {
     "block": BLOCK,
     "graded": BLOCK | {"grading": [3, 0.5], "corner": ["-1 m", "2 m"]},
@@ -60,6 +66,20 @@ SOLID: dict[str, dict[str, Any]] = {
     "hexahedra": BOX,
     "tetrahedra": BOX | {"cell": "tetrahedron", "corner": ["1 m", "2 m", "3 m"]},
     "turned": BOX | {"cell": "tetrahedron", "rotate": 1},
+    "extruded block": EXTRUDED,
+    "extruded triangles": EXTRUDED | {"plane": BLOCK | {"cell": "triangle"}, "z": "1 m"},
+    "extruded ring": EXTRUDED | {"plane": HOOP},
+    "tube": REVOLVED,
+    "tube of tetrahedra": REVOLVED | {"plane": AWAY | {"cell": "triangle"}},
+    "rod": REVOLVED | {"plane": BLOCK},
+    "quarter of a rod": REVOLVED | {"plane": BLOCK, "angle": 90.0, "layers": 6},
+    "eighth of a ball": REVOLVED
+    | {"plane": DISK | {"part": "quarter", "size": "0.3 mm"}}
+    | {"angle": 90.0, "layers": 9},
+    "fine box": GRADED,
+    "fine tetrahedra": GRADED | {"cell": "tetrahedron", "zone_x": ["0 m", "1 m"]},
+    "round box": GRADED | {"side": "bottom", "radius_x": "9 m", "radius_z": "9 m"},
+    "cylindrical box": GRADED | {"radius_x": "9 m"},
 }
 ALL = FLAT | ROUND | SOLID
 
@@ -171,13 +191,11 @@ def test_round_bodies_are_as_large_as_their_circles(
         assert np.hypot(*(data.points - x).T).min() < 1e-14
 
 
-@pytest.mark.parametrize("name", SOLID)
-def test_solids(name: str, built: Callable[[str], MeshData]) -> None:
+@pytest.mark.parametrize("name", ["hexahedra", "tetrahedra", "turned"])
+def test_boxes(name: str, built: Callable[[str], MeshData]) -> None:
     """Volume by cells and, through the divergence of x/3, by the oriented sides."""
     data = built(name)
-    share = 1 / 6 if data.cell_type == "tetrahedron" else 1.0
-    volume = share * jacobians(data.points, data.cells, data.cell_type).mean(axis=1).sum()
-    assert volume == pytest.approx(6, rel=1e-13)
+    assert volume(data) == pytest.approx(6, rel=1e-13)
     flux = 0.0
     for facets in data.groups.values():
         a, b, c = np.moveaxis(data.points[facets[:, :3]], 1, 0)
@@ -406,3 +424,82 @@ def test_a_surface_of_two_chains_is_walked_chain_by_chain() -> None:
     surface = mesh_data(data.points, data.cells, data.cell_type, {"both": both}).surface("both")
     np.testing.assert_array_equal(surface.facets[:, 1] - surface.facets[:, 0], 1)
     assert np.sum(surface.facets[1:, 0] != surface.facets[:-1, 1]) == 1
+
+
+def volume(data: MeshData) -> float:
+    """Of the cells: tetrahedra, or hexahedra by the mean of their corners' Jacobians."""
+    share = 1.0 / 6.0 if data.cell_type == "tetrahedron" else 1.0
+    return share * float(jacobians(data.points, data.cells, data.cell_type).mean(axis=1).sum())
+
+
+def polygon(sides: int) -> float:
+    """Area of a regular polygon in the unit circle."""
+    return 0.5 * sides * np.sin(2.0 * PI / sides)
+
+
+@pytest.mark.parametrize(
+    ("name", "exact"),
+    [
+        ("extruded block", 6.0),
+        ("extruded triangles", 6.0),
+        ("tube", (9.0 - 1.0) * polygon(24)),
+        ("tube of tetrahedra", (9.0 - 1.0) * polygon(24)),
+        ("rod", 4.0 * polygon(24)),
+        ("quarter of a rod", polygon(24)),
+        ("fine box", 4.0),
+        ("fine tetrahedra", 4.0),
+    ],
+)
+def test_volume_of_swept_and_graded_bodies(
+    name: str, exact: float, built: Callable[[str], MeshData]
+) -> None:
+    assert volume(built(name)) == pytest.approx(exact, rel=1e-12)
+
+
+def test_round_sides_are_round(built: Callable[[str], MeshData]) -> None:
+    """Nodes of the fine side lie on the sphere or the cylinder."""
+    X = built("round box").surface("bottom").X - [1.0, 9.0, 1.0]
+    assert np.linalg.norm(X, axis=1) == pytest.approx(9.0, rel=1e-14)
+    X = built("cylindrical box").surface("top").X - [1.0, 1.0 - 9.0, 1.0]
+    assert np.hypot(X[:, 0], X[:, 1]) == pytest.approx(9.0, rel=1e-14)
+
+
+def test_fine_zone_has_the_size(built: Callable[[str], MeshData]) -> None:
+    facets = built("fine box").groups["contact"]
+    assert len(facets) == 16
+    edges = np.ptp(built("fine box").points[facets], axis=1)
+    assert edges[:, [0, 2]] == pytest.approx(0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", SOLID)
+def test_outlines_of_solids_bound_their_surfaces(
+    name: str, built: Callable[[str], MeshData]
+) -> None:
+    """Every surface is as wide as its outline, to a chord of the arcs."""
+    data, outline = built(name), spec(**ALL[name]).outline()
+    size = np.ptp(data.points, axis=0).max()
+    assert data.groups.keys() <= outline.keys()
+    for group in data.groups:
+        X = data.surface(group).X
+        line = outline[group]
+        assert X.min(axis=0) == pytest.approx(line.min(axis=0), abs=0.02 * size)
+        assert X.max(axis=0) == pytest.approx(line.max(axis=0), abs=0.02 * size)
+
+
+def test_a_swept_arc_is_part_of_a_sphere(built: Callable[[str], MeshData]) -> None:
+    X = built("eighth of a ball").surface("arc").X - [0.0, 8e-3, 0.0]
+    assert np.linalg.norm(X, axis=1) == pytest.approx(8e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (REVOLVED | {"plane": BLOCK | {"corner": ["-1 m", "0 m"]}}, "x is the distance"),
+        (REVOLVED | {"layers": 2}, "at least 3"),
+        (GRADED | {"zone_x": ["-1 m", "1 m"]}, "zone_x"),
+        (GRADED | {"radius_x": "1 m", "height": "0.9 m"}, "round side"),
+    ],
+)
+def test_solid_builders_refuse(table: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        spec(**table)

@@ -18,6 +18,9 @@ FINE = {"builder": "graded_block", "width": "100 mm", "height": "200 mm", "zone"
 FINE |= {"size": "1 mm", "growth": 0.2}
 BOX = {"builder": "box", "width": "2 m", "height": "1 m", "depth": "3 m", "nx": 3, "ny": 2, "nz": 4}
 DIE = {"builder": "die", "width": "1.2 m", "straight": "0.9 m", "radius": "0.75 m"}
+PLANE = BLOCK | {"corner": ["1 m", "0 m"]}
+GRADED = {"builder": "graded_box", "width": "2 m", "height": "1 m", "depth": "2 m"}
+GRADED |= {"zone_x": ["0 m", "2 m"], "zone_z": ["0 m", "2 m"], "size": "0.1 m", "coarse": "0.1 m"}
 TABLES: dict[str, dict[str, Any]] = {
     "block": BLOCK,
     "one cell": BLOCK | {"nx": 1, "ny": 1},
@@ -28,13 +31,27 @@ TABLES: dict[str, dict[str, Any]] = {
     "array in a quarter disk": DISK | {"part": "quarter", "cell": "quadrilateral"},
     "graded_block": FINE,
     "box": BOX,
+    "extrusion": {"builder": "extrusion", "plane": BLOCK, "depth": "3 m", "layers": 2},
+    "revolution": {"builder": "revolution", "plane": PLANE, "layers": 36},
+    "graded_box": GRADED,
     "die": DIE | {"n_arc": 24, "n_side": 7},
     "tire": {"builder": "tire", "size": "3 mm", "tread_size": "1.5 mm"},
     "disk": {"builder": "disk", "radius": "2 m", "facets": 40, "layers": 4},
     "ring": {"builder": "ring", "inner_radius": "2 m", "outer_radius": "3 m", "facets": 36}
     | {"layers": 4},
 }  # fmt: skip
-NESTED = ("block", "one cell", "graded", "split", "wave", "box", "ring")
+NESTED = (
+    "block",
+    "one cell",
+    "graded",
+    "split",
+    "wave",
+    "box",
+    "ring",
+    "extrusion",
+    "graded_box",
+    "revolution",
+)
 EVEN = ("block", "one cell", "split", "box", "die", "ring")
 
 
@@ -90,8 +107,11 @@ def test_old_nodes_stay(name: str) -> None:
 def test_changes_can_stand_in_a_case_file(name: str) -> None:
     """As a case file gives them, with units, they make the refined builder, to the last digit."""
     builder = spec(TABLES[name])
-    changes = builder.refinement(2.0)
-    assert spec(TABLES[name] | changes) == builder.refined(2.0)
+    table = {**TABLES[name]}
+    for key, value in builder.refinement(2.0).items():
+        outer, dot, inner = key.partition(".")
+        table[outer] = table[outer] | {inner: value} if dot else value
+    assert spec(table) == builder.refined(2.0)
 
 
 @pytest.mark.parametrize("name", TABLES)
