@@ -1,7 +1,6 @@
 """Results of a run, and numbers measured on them."""
 
 from importlib import import_module
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
