@@ -112,12 +112,12 @@ def locate(picture: BodyPicture, point: Floats) -> tuple[Ints, Floats]:
     Returns:
         Vertices and weights: along the nearest cell's edge or, inside, by distance to its simplex.
     """
-    from scipy.spatial import Delaunay
-
     distance = np.linalg.norm(picture.points - point, axis=1)
     nearest = int(np.argmin(distance))
     if distance[nearest] <= 1e-9 * np.ptp(picture.points):
         return np.array([nearest]), np.ones(1)
+    from scipy.spatial import Delaunay  # slow to import
+
     around = picture.cells[(picture.cells == nearest).any(1)]
     vertices = np.unique(around)
     mesh = Delaunay(picture.points[vertices])

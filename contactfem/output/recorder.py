@@ -23,6 +23,7 @@ from contactfem.results.data import Failure, MeshErrors, RunResult, StepReport
 if TYPE_CHECKING:
     from contactfem.output.field_file import FieldFile
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
+    from contactfem.output.figures.painter import Painter
     from contactfem.output.tables import OutputWriter
     from contactfem.output.terminal import Reporter
 
@@ -70,6 +71,7 @@ class Recorder:
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
         self._voice: Reporter | None = None
+        self._painter: Painter | None = None
         if out is None:
             return
         with timers.book("output"):
@@ -78,7 +80,13 @@ class Recorder:
                 from contactfem.output.tables import OutputWriter
                 from contactfem.output.terminal import Reporter
 
-                self._writer = OutputWriter(out, case, command, account(case), steps)
+                draw = None
+                if case.output.figures:
+                    from contactfem.output.figures.painter import Painter
+
+                    self._painter = Painter()
+                    draw = self._painter.draw
+                self._writer = OutputWriter(out, case, command, account(case), steps, draw)
                 if steps is None:
                     clear_snapshots(out)
                 self._voice = Reporter(case, bar=comm.size == 1)
@@ -129,7 +137,7 @@ class Recorder:
         """Close the field files and leave the terminal in order."""
         if self._voice is not None:
             self._voice.__exit__(kind, error, trace)
-        for files in (self._fields, self._heat_fields):
+        for files in (self._fields, self._heat_fields, self._painter):
             if files is not None:
                 files.close()
 

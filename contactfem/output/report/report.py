@@ -98,6 +98,35 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     return table
 
 
+def verdict_lines(summary: Mapping[str, Any], *, colour: bool) -> list[str]:
+    """The same table as lines of text, without the library that draws others, slow to load.
+
+    Args:
+        summary: of one run.
+        colour: whether to mark what is met in green and what is missed in red.
+
+    Returns:
+        The lines; none where nothing was expected.
+    """
+    rows = [("number", "found", "allowed", "")]
+    for verdict in summary["verdicts"]:
+        unit = verdict["unit"]
+        found = engineering(number(verdict["value"]), unit, 7)
+        mark = "held" if verdict["passed"] else "missed"
+        allowed = allowed_text(verdict["low"], verdict["high"], unit)
+        rows.append((verdict["key"], found, allowed, mark))
+    if len(rows) == 1:
+        return []
+    wide = [max(len(row[k]) for row in rows) for k in range(4)]
+    lines = []
+    for key, found, allowed, mark in rows:
+        text = f" {key:{wide[0]}}  {found:>{wide[1]}}  {allowed:>{wide[2]}}"
+        code = {"held": "32", "missed": "1;31"}.get(mark, "0")
+        lines.append(f"{text}  \033[{code}m{mark}\033[0m" if colour else f"{text}  {mark}")
+    lines[0] = lines[0].rstrip()
+    return ["", lines[0], " " + "─" * (sum(wide) + 6), *lines[1:]]
+
+
 def step_table(summary: Mapping[str, Any]) -> Table:
     """Table of the accepted steps; the middle of many is left out.
 
