@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, study, report, film, schema."""
+"""The command line: check, mesh, run, resume, study, report, view, film, schema."""
 
 import argparse
 import glob
@@ -57,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
     resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    view = _verb(verbs, "view", _view, "show the fields of a run: a window, or a page that turns")
     film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     schema.add_argument(
@@ -77,6 +78,13 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     add_study_options(study)
+    view.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
+    view.add_argument(
+        "--out", type=Path, metavar="FILE", help="page to write, also where there is a display"
+    )
+    view.add_argument(
+        "--pictures", action="store_true", help="write pictures into DIR/figures (with pyvista)"
+    )
     film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     film.add_argument(
         "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"
@@ -212,6 +220,23 @@ def _film(options: argparse.Namespace) -> int:
     from contactfem.output.figures.animation import film
 
     print(film(options.folder, options.out or options.folder / "film.gif"))
+    return ExitCode.DONE
+
+
+def _view(options: argparse.Namespace) -> int:
+    from contactfem.output.view.pictures import draw, has_display, has_pyvista
+
+    if options.pictures:
+        print(*draw(options.folder, window=False), sep="\n")
+    elif options.out is None and has_display() and has_pyvista():
+        draw(options.folder, window=True)
+    else:
+        from contactfem.output.view.page import write_view
+
+        try:
+            print(write_view(options.folder, options.out))
+        except OSError as error:
+            raise CaseError(f"{options.folder}: cannot be written to: {error.strerror}") from None
     return ExitCode.DONE
 
 

@@ -1,0 +1,1 @@
+"""Look at the fields of a run: a page that turns, pictures, a window."""
