@@ -80,7 +80,8 @@ def _label(plotter: Any, grids: dict[str, Any], key: str) -> None:
     name = max(grids, key=lambda n: float(np.nanmax(grids[n][key])))
     grid = grids[name]
     at = int(np.nanargmax(grid[key]))
-    place = ", ".join(f"{1e3 * x:.4g}" for x in grid["reference"][at])
+    flat = not np.ptp(grid["reference"][:, LINE])
+    place = ", ".join(f"{1e3 * x:.4g}" for x in grid["reference"][at][: LINE if flat else None])
     factor, unit = UNITS[key]
     text = f"{factor * grid[key][at]:.4g} {unit} in {name}\nat ({place}) mm"
     plotter.add_point_labels(
@@ -96,7 +97,7 @@ def _scene(reader: FieldReader, key: str, *, window: bool) -> Any:
     step = len(reader.times) - 1
     grids = {name: _grid(reader, name, step) for name in reader.names}
     with_field = {name: g for name, g in grids.items() if key in g.point_data}
-    bodies = {name: g for name, g in grids.items() if "gap" not in g.point_data}
+    bodies = {name: g for name, g in grids.items() if "pressure" not in g.point_data}
     flat = np.ptp(np.vstack([g.points for g in bodies.values()])[:, 2]) == 0.0
     plotter = pv.Plotter(off_screen=not window, window_size=(1400, 1000))
     factor, unit = UNITS[key]
@@ -104,7 +105,7 @@ def _scene(reader: FieldReader, key: str, *, window: bool) -> Any:
     if key == "pressure":
         for name, grid in bodies.items():
             if not name.endswith(" heat"):
-                plotter.add_mesh(grid, color="lightgrey", opacity=1.0 if flat else 0.35)
+                plotter.add_mesh(grid, color="lightgrey", opacity=1.0 if flat else 0.2)
     elif not flat:
         best = max(shown.values(), key=lambda g: float(np.nanmax(g[key])))
         origin = best.points[int(np.nanargmax(best[key]))]
@@ -112,17 +113,22 @@ def _scene(reader: FieldReader, key: str, *, window: bool) -> Any:
     limits = [factor * f([f(g[key]) for g in with_field.values()]) for f in (np.nanmin, np.nanmax)]
     for grid in shown.values():
         grid.point_data["shown"] = factor * np.asarray(grid[key])
-        plotter.add_mesh(
+        actor = plotter.add_mesh(
             grid, scalars="shown", clim=limits, cmap="viridis", show_edges=not flat,
-            edge_opacity=0.25, line_width=6, nan_color="grey",
-            scalar_bar_args={"title": f"{NAMES[key]} [{unit}]", "vertical": True},
+            edge_opacity=0.3, line_width=6 if grid.GetCell(0).GetCellDimension() < LINE else 1,
+            nan_color="grey", show_scalar_bar=False,
         )  # fmt: skip
         if key == "pressure":
             _arrows(plotter, grid, bodies)
     _label(plotter, with_field, key)
+    plotter.add_scalar_bar(
+        f"{NAMES[key]} [{unit}]", width=0.5, height=0.06, position_x=0.25, position_y=0.02, fmt="%.4g",
+        mapper=actor.mapper,
+    )  # fmt: skip
     plotter.enable_parallel_projection()
-    plotter.view_xy() if flat else plotter.view_isometric()
-    plotter.camera.zoom(1.3 if flat else 1.1)
+    plotter.view_xy() if flat else plotter.view_vector((0.6, 0.55, 1.0), viewup=(0.0, 1.0, 0.0))
+    plotter.reset_camera()
+    plotter.camera.zoom(1.25 if flat else 0.9)
     plotter.show_axes()
     return plotter
 
