@@ -1,9 +1,6 @@
 """Exceptions that a user may see, and exit codes."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import IntEnum
-from pathlib import Path
 
 
 class ExitCode(IntEnum):
@@ -14,6 +11,7 @@ class ExitCode(IntEnum):
     BAD_CASE = 2
     GAVE_UP = 3
     INTERRUPTED = 4  # by a signal; the state is written
+    WRONG = 5  # what was found cannot be: it is not accepted
     BUG = 70
 
 
@@ -53,19 +51,3 @@ class Interrupted(ContactfemError):
 
 class CheckpointError(CaseError):
     """A run that cannot be resumed as it stands."""
-
-
-@contextmanager
-def about(path: Path) -> Iterator[None]:
-    """Whatever is wrong with a case inside is told with its file's name before every line."""
-    try:
-        yield
-    except CaseError as error:
-        start = f"{path}: "
-        lines = [one_line(line.removeprefix(start)) for line in str(error).split("\n")]
-        raise type(error)("\n".join(start + line for line in lines)) from error
-
-
-def one_line(text: str) -> str:
-    """A text in one line that a terminal shows as it is: line breaks and the like are escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

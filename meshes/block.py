@@ -25,14 +25,20 @@ class Structured(Builder):
     the size of the last cell over that of the first, in x (left to right) and y (bottom to top).
     """
 
-    width: PositiveLength
-    height: PositiveLength
-    corner: tuple[Length, Length] = (0.0, 0.0)
-    nx: Count
-    ny: Count
-    cell: Cell2D = "quadrilateral"
-    pattern: Pattern = "right"
-    grading: tuple[Ratio, Ratio] = (1.0, 1.0)
+    width: PositiveLength = Field(description="size in x")
+    height: PositiveLength = Field(description="size in y")
+    corner: tuple[Length, Length] = Field(default=(0.0, 0.0), description="lower left corner")
+    nx: Count = Field(description="cells in x")
+    ny: Count = Field(description="cells in y")
+    cell: Cell2D = Field(default="quadrilateral", description="kind of cells")
+    pattern: Pattern = Field(
+        default="right", description="diagonals that split quadrilaterals into triangles"
+    )
+    grading: tuple[Ratio, Ratio] = Field(
+        default=(1.0, 1.0),
+        description="size of the last cell over that of the first, in x (left to right) and y "
+        "(bottom to top)",
+    )
 
     def cell_type(self) -> CellName:
         """Kind of the cells."""
@@ -65,8 +71,12 @@ class Block(Structured):
     from left to right, besides the whole top.
     """
 
-    builder: Literal["block"] = "block"
-    split: tuple[Length, ...] = ()
+    builder: Literal["block"] = Field(default="block", description="rectangle")
+    split: tuple[Length, ...] = Field(
+        default=(),
+        description="x of lines of the array that cut the top into groups top_1, top_2, ... "
+        "from left to right",
+    )
 
     @model_validator(mode="after")
     def _on_lines(self) -> Self:

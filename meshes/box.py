@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.common.units import Length
@@ -31,16 +32,24 @@ class Box(Builder):
     the facets of two boxes on each other do not match.
     """
 
-    builder: Literal["box"] = "box"
-    width: PositiveLength
-    height: PositiveLength
-    depth: PositiveLength
-    corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    nx: Count
-    ny: Count
-    nz: Count
-    cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
-    rotate: Literal[0, 1, 2, 3] = 0
+    builder: Literal["box"] = Field(default="box", description="box")
+    width: PositiveLength = Field(description="size in x")
+    height: PositiveLength = Field(description="size in y")
+    depth: PositiveLength = Field(description="size in z")
+    corner: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="corner with the smallest coordinates"
+    )
+    nx: Count = Field(description="cells in x")
+    ny: Count = Field(description="cells in y")
+    nz: Count = Field(description="cells in z")
+    cell: Literal["hexahedron", "tetrahedron"] = Field(
+        default="hexahedron", description="kind of cells"
+    )
+    rotate: Literal[0, 1, 2, 3] = Field(
+        default=0,
+        description="quarter turns about y of the diagonals of tetrahedra, so that facets of "
+        "two boxes do not match",
+    )
 
     def cell_type(self) -> CellName:
         """Kind of the cells."""

@@ -24,16 +24,26 @@ class Cylinder(Builder):
     Groups: contact (the fine part of the arc), arc (all of it), flat, and of a quarter axis.
     """
 
-    builder: Literal["cylinder"] = "cylinder"
-    radius: PositiveLength
-    point: tuple[Length, Length] = (0.0, 0.0)
-    side: Literal["upper", "lower"] = "upper"
-    part: Literal["half", "quarter"] = "half"
-    zone: PositiveLength
-    size: PositiveLength
-    growth: Annotated[float, Field(gt=0, le=1)] = 0.1
-    coarse: PositiveLength | None = None
-    cell: Cell2D = "triangle"
+    builder: Literal["cylinder"] = Field(default="cylinder", description="half disk")
+    radius: PositiveLength = Field(description="radius of the arc")
+    point: tuple[Length, Length] = Field(
+        default=(0.0, 0.0), description="point of the arc that touches"
+    )
+    side: Literal["upper", "lower"] = Field(
+        default="upper", description="whether the body lies above or below the point"
+    )
+    part: Literal["half", "quarter"] = Field(
+        default="half", description="half disk, or the quarter at x ≥ x of the point"
+    )
+    zone: PositiveLength = Field(
+        description="distance to the left and right of the point where facets are fine"
+    )
+    size: PositiveLength = Field(description="largest facet within the zone")
+    growth: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.1, description="growth of the cell size per distance from the zone"
+    )
+    coarse: PositiveLength | None = Field(default=None, description="largest cell size")
+    cell: Cell2D = Field(default="triangle", description="kind of cells")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

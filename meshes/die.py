@@ -3,7 +3,7 @@
 from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from contactfem.common.typing import Floats
 from contactfem.common.units import Length
@@ -20,13 +20,13 @@ class Die(Builder):
     Groups: sole (the arc and both sides), top.
     """
 
-    builder: Literal["die"] = "die"
-    width: PositiveLength
-    straight: PositiveLength
-    radius: PositiveLength
-    point: tuple[Length, Length] = (0.0, 0.0)
-    n_arc: Count
-    n_side: Count
+    builder: Literal["die"] = Field(default="die", description="straight sides above an arc")
+    width: PositiveLength = Field(description="width across")
+    straight: PositiveLength = Field(description="length of the straight sides")
+    radius: PositiveLength = Field(description="radius of the arc")
+    point: tuple[Length, Length] = Field(default=(0.0, 0.0), description="lowest point of the arc")
+    n_arc: Count = Field(description="facets along the arc")
+    n_side: Count = Field(description="facets along each side")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

@@ -22,11 +22,13 @@ class Disk(Builder):
     right; the first node lies on the x axis. Groups: rim.
     """
 
-    builder: Literal["disk"] = "disk"
-    radius: PositiveLength
-    center: tuple[Length, Length] = (0.0, 0.0)
-    facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=8)]
-    layers: Count
+    builder: Literal["disk"] = Field(default="disk", description="disk")
+    radius: PositiveLength = Field(description="mean radius")
+    center: tuple[Length, Length] = Field(default=(0.0, 0.0), description="centre")
+    facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=8)] = Field(
+        description="facets along the circle"
+    )
+    layers: Count = Field(description="layers of cells around the core")
 
     def refinement(self, factor: float) -> dict[str, Any]:
         """Numbers of facets and layers."""
@@ -72,12 +74,14 @@ class Ring(Builder):
     node of each lies on the x axis. Groups: inner, outer.
     """
 
-    builder: Literal["ring"] = "ring"
-    inner_radius: PositiveLength
-    outer_radius: PositiveLength
-    center: tuple[Length, Length] = (0.0, 0.0)
-    facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=4)]
-    layers: Count
+    builder: Literal["ring"] = Field(default="ring", description="ring")
+    inner_radius: PositiveLength = Field(description="radius of the hole")
+    outer_radius: PositiveLength = Field(description="outer radius")
+    center: tuple[Length, Length] = Field(default=(0.0, 0.0), description="centre")
+    facets: Annotated[int, Field(strict=True, ge=8, le=100_000, multiple_of=4)] = Field(
+        description="facets along each circle"
+    )
+    layers: Count = Field(description="layers of cells")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

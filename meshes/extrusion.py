@@ -3,7 +3,7 @@
 from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from contactfem.common.typing import Floats
 from contactfem.common.units import Length
@@ -21,11 +21,11 @@ class Extrusion(Builder):
     front. Bodies of revolution about z are the extrusion of a disk or a ring.
     """
 
-    builder: Literal["extrusion"] = "extrusion"
-    plane: PlaneSpec
-    depth: PositiveLength
-    layers: Count
-    z: Length = 0.0
+    builder: Literal["extrusion"] = Field(default="extrusion", description="extruded plane body")
+    plane: PlaneSpec = Field(description="geometry of the plane body, with its mesh")
+    depth: PositiveLength = Field(description="size in z")
+    layers: Count = Field(description="layers of cells in z")
+    z: Length = Field(default=0.0, description="smallest z")
 
     @model_validator(mode="after")
     def _names(self) -> Self:

@@ -40,9 +40,11 @@ class MeshFile(Builder):
     file holds more than this body. A relative path starts at the case file's folder.
     """
 
-    file: Path
-    unit: Length = Field(gt=0, description="length unit of the coordinates", examples=["mm"])
-    body: str | None = None
+    file: Path = Field(description="mesh file: gmsh's .msh, or another format that meshio reads")
+    unit: Length = Field(gt=0, examples=["mm"], description="length unit of its coordinates")
+    body: str | None = Field(
+        default=None, description="group of cells, where the file holds more than this body"
+    )
 
     @field_validator("unit", mode="before")
     @classmethod

@@ -23,15 +23,19 @@ class GradedBlock(Builder):
     Groups: left, right, bottom, top, and contact, the fine part.
     """
 
-    builder: Literal["graded_block"] = "graded_block"
-    width: PositiveLength
-    height: PositiveLength
-    corner: tuple[Length, Length] = (0.0, 0.0)
-    side: Literal["top", "bottom"] = "top"
-    zone: tuple[Length, Length]
-    size: PositiveLength
-    growth: Annotated[float, Field(gt=0, le=1)] = 0.1
-    coarse: PositiveLength | None = None
+    builder: Literal["graded_block"] = Field(
+        default="graded_block", description="rectangle that is fine on a part of one side"
+    )
+    width: PositiveLength = Field(description="size in x")
+    height: PositiveLength = Field(description="size in y")
+    corner: tuple[Length, Length] = Field(default=(0.0, 0.0), description="lower left corner")
+    side: Literal["top", "bottom"] = Field(default="top", description="side with the fine part")
+    zone: tuple[Length, Length] = Field(description="smallest and largest x of the fine part")
+    size: PositiveLength = Field(description="largest facet in the zone")
+    growth: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.1, description="growth of the cell size per distance from the zone"
+    )
+    coarse: PositiveLength | None = Field(default=None, description="largest cell size")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

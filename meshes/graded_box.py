@@ -1,4 +1,4 @@
-"""Box that is fine at a zone of its top or bottom, which may be round."""
+"""Box that is fine at a zone of its top or bottom."""
 
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
@@ -25,20 +25,34 @@ class GradedBox(Builder):
     Groups: left, right (x), bottom, top (y), back, front (z), and contact, the facets of the zone.
     """
 
-    builder: Literal["graded_box"] = "graded_box"
-    width: PositiveLength
-    height: PositiveLength
-    depth: PositiveLength
-    corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    side: Literal["top", "bottom"] = "top"
-    zone_x: tuple[Length, Length]
-    zone_z: tuple[Length, Length]
-    size: PositiveLength
-    growth: Annotated[float, Field(gt=0, le=1)] = 0.3
-    coarse: PositiveLength | None = None
-    radius_x: PositiveLength | None = None
-    radius_z: PositiveLength | None = None
-    cell: Literal["hexahedron", "tetrahedron"] = "hexahedron"
+    builder: Literal["graded_box"] = Field(
+        default="graded_box", description="box that is fine on a part of its top or bottom"
+    )
+    width: PositiveLength = Field(description="size in x")
+    height: PositiveLength = Field(description="size in y, at the middle of the zone")
+    depth: PositiveLength = Field(description="size in z")
+    corner: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="corner with the smallest coordinates"
+    )
+    side: Literal["top", "bottom"] = Field(default="top", description="side with the fine part")
+    zone_x: tuple[Length, Length] = Field(description="smallest and largest x of the fine part")
+    zone_z: tuple[Length, Length] = Field(description="smallest and largest z of the fine part")
+    size: PositiveLength = Field(description="length of the cells in the zone")
+    growth: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.3, description="growth of the cell size per distance from the zone"
+    )
+    coarse: PositiveLength | None = Field(default=None, description="largest cell size")
+    radius_x: PositiveLength | None = Field(
+        default=None,
+        description="radius of curvature of the side in the x direction; flat if not given",
+    )
+    radius_z: PositiveLength | None = Field(
+        default=None,
+        description="radius of curvature of the side in the z direction; flat if not given",
+    )
+    cell: Literal["hexahedron", "tetrahedron"] = Field(
+        default="hexahedron", description="kind of cells"
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

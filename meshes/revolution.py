@@ -25,10 +25,12 @@ class Revolution(Builder):
     start (z = 0) and end.
     """
 
-    builder: Literal["revolution"] = "revolution"
-    plane: PlaneSpec
-    angle: Degrees = FULL
-    layers: Annotated[Count, Field(ge=2)]
+    builder: Literal["revolution"] = Field(
+        default="revolution", description="plane body revolved about the y axis"
+    )
+    plane: PlaneSpec = Field(description="geometry of the plane body in x >= 0, with its mesh")
+    angle: Degrees = Field(default=FULL, description="angle of revolution in degrees")
+    layers: Annotated[Count, Field(ge=2)] = Field(description="layers of cells around the axis")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

@@ -89,21 +89,39 @@ class Tire(Builder):
     left_flange, right_flange.
     """
 
-    builder: Literal["tire"] = "tire"
-    width: PositiveLength = 0.2
-    height: PositiveLength = 0.15
-    point: tuple[Length, Length] = (0.0, 0.0)
-    tread_width: PositiveLength = 0.14
-    crown: Annotated[Length, Field(ge=0)] = 0.002
-    shoulder: PositiveLength = 0.025
-    inner_shoulder: PositiveLength = 0.02
-    rim_width: PositiveLength = 0.15
-    tread_thickness: PositiveLength = 0.02
-    wall_thickness: PositiveLength = 0.012
-    flange_thickness: PositiveLength = 0.018
-    size: PositiveLength = 0.006
-    tread_size: PositiveLength = 0.003
-    growth: Annotated[float, Field(gt=0, le=1)] = 0.2
+    builder: Literal["tire"] = Field(default="tire", description="cross-section of a tire")
+    width: PositiveLength = Field(
+        default=0.2, description="distance of the sidewalls at the widest place"
+    )
+    height: PositiveLength = Field(default=0.15, description="height of the rim above the point")
+    point: tuple[Length, Length] = Field(default=(0.0, 0.0), description="middle of the tread")
+    tread_width: PositiveLength = Field(
+        default=0.14, description="distance of the ends of the tread"
+    )
+    crown: Annotated[Length, Field(ge=0)] = Field(
+        default=0.002, description="how far the tread rises from its middle to its ends"
+    )
+    shoulder: PositiveLength = Field(
+        default=0.025, description="radius from the tread to the sidewall"
+    )
+    inner_shoulder: PositiveLength = Field(default=0.02, description="the same radius inside")
+    rim_width: PositiveLength = Field(
+        default=0.15, description="distance of the outer ends of the flanges"
+    )
+    tread_thickness: PositiveLength = Field(
+        default=0.02, description="thickness at the middle of the tread"
+    )
+    wall_thickness: PositiveLength = Field(
+        default=0.012, description="thickness at the widest place"
+    )
+    flange_thickness: PositiveLength = Field(default=0.018, description="thickness at the flange")
+    size: PositiveLength = Field(default=0.006, description="largest cell size")
+    tread_size: PositiveLength = Field(
+        default=0.003, description="cell size on the tread and its shoulders"
+    )
+    growth: Annotated[float, Field(gt=0, le=1)] = Field(
+        default=0.2, description="growth of the cell size per distance"
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

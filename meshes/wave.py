@@ -4,6 +4,7 @@ from math import ceil
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from contactfem.common.typing import Floats
 from contactfem.common.units import Length
@@ -22,11 +23,11 @@ class Wave(Structured):
     It recedes from the straight line by amplitude (1 - cos(2 pi (x - crest) / wavelength)).
     """
 
-    builder: Literal["wave"] = "wave"
-    amplitude: PositiveLength
-    wavelength: PositiveLength
-    crest: Length = 0.0
-    side: Literal["bottom", "top"] = "bottom"
+    builder: Literal["wave"] = Field(default="wave", description="rectangle with one wavy side")
+    amplitude: PositiveLength = Field(description="half of the height of the wave")
+    wavelength: PositiveLength = Field(description="length of the wave")
+    crest: Length = Field(default=0.0, description="x of a point of the wave on the straight line")
+    side: Literal["bottom", "top"] = Field(default="bottom", description="side that is a wave")
 
     def build(self) -> MeshData:
         """Structured mesh; each column is stretched between its ends."""

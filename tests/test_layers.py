@@ -11,7 +11,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 # A package imports only from packages that stand before it.
-PLAIN = "errors common geometry laws forms kernels _kernels meshes verification case results check"
+PLAIN = """
+    errors common geometry laws forms kernels _kernels meshes audit verification case results check
+"""
 DISCRETE = "fem mortar contact mechanics heat transfer solvers thermomechanics"
 ORDER = [
     *PLAIN.split(), *DISCRETE.split(),
@@ -33,6 +35,7 @@ NEVER = {  # rules beside the order: a package and those it must not know
     "solvers": {"case", "heat"},
     "thermomechanics": {"case"},
     "laws": {"meshes", "fem"},
+    "audit": {"laws", "case"},
 }
 COMMAND_LINE = {"cli"}
 MPI = {"dolfinx", "mpi4py", "petsc4py"}

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from contactfem.adaptivity.decisions import Advance, RepeatStep
+from contactfem.common.text import percent
 from contactfem.results.relative_error import error_ratio
 
 
@@ -143,7 +144,7 @@ def decide_mesh(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
     if report.eta > policy.tolerance:
         return _refine(report, policy)
     if report.remeshes:
-        return KeepMesh(True, f"an error of {_percent(report.eta)} is within the tolerance")
+        return KeepMesh(True, f"an error of {percent(report.eta)} is within the tolerance")
     steps = min(report.steps_left, report.life)
     gain = (1.0 - report.predicted_cells / report.cells) * steps
     change = f"{report.cells} to about {report.predicted_cells:.0f} cells"
@@ -176,7 +177,7 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> Advance | RepeatStep:
     if older is not None and older.eta > newer.eta:
         helpless = older.dt <= shortest and newer.eta > policy.tolerance  # but the newer may help
         wrong, back = (newer, 1) if helpless else (older, 2)
-    found = f"an error of {_percent(wrong.eta)} against {_percent(policy.tolerance)}"
+    found = f"an error of {percent(wrong.eta)} against {percent(policy.tolerance)}"
     if wrong.eta <= policy.tolerance:
         # each by its own length: one of them may have been cut to end at a given time
         dt = min(_wanted(step, policy) for step in (newer, older) if step is not None)
@@ -195,7 +196,7 @@ def decide_step(report: TimeReport, policy: StepPolicy) -> Advance | RepeatStep:
 
 
 def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
-    found = f"an error of {_percent(report.eta)} exceeds {_percent(policy.tolerance)}"
+    found = f"an error of {percent(report.eta)} exceeds {percent(policy.tolerance)}"
     if report.remeshes >= policy.most_remeshes:
         return KeepMesh(False, f"{found} after {report.remeshes} new meshes in this step")
     limited = report.limited and report.predicted_eta > policy.tolerance
@@ -206,7 +207,7 @@ def _refine(report: MeshReport, policy: MeshPolicy) -> KeepMesh | Remesh:
         return KeepMesh(False, f"{found}, but limits bind, and the last new mesh gained nothing")
     least = policy.least_in_limits if limited else policy.least_improvement
     if error_ratio(report.predicted_eta) > (1.0 - least) * error_ratio(report.eta):
-        expected = _percent(report.predicted_eta)
+        expected = percent(report.predicted_eta)
         return KeepMesh(False, f"{found}, but the limits allow no mesh with less than {expected}")
     return Remesh(f"{found}: {report.cells} to about {report.predicted_cells:.0f} cells")
 
@@ -218,7 +219,3 @@ def _wanted(step: TimedStep, policy: StepPolicy) -> float:
         return policy.growth * step.dt
     change = math.pow(wanted / found, 1.0 / policy.order)
     return min(max(change, policy.cut), policy.growth) * step.dt
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:.3g} %"

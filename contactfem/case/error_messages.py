@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from contactfem.common.text import nearest
-from contactfem.errors import one_line
+from contactfem.common.text import nearest, one_line, similar
 
 # what people write, and what it is called here
 SYNONYMS = {
@@ -124,7 +123,7 @@ def _line(details: ErrorDetails, model: type[BaseModel], raw: object) -> str:
         return f"{where}: unknown key{_hint(str(keys[-1]), allowed_keys(model, keys[:-1], raw))}"
     if kind == "missing":
         return f"{where}: is missing"
-    shown = _shown(found) if details["loc"][-1:] != ("[key]",) else ""
+    shown = _shown(_written(keys, raw, found)) if details["loc"][-1:] != ("[key]",) else ""
     return f"{where}{f' = {shown}' if shown else ''}: {_message(details)}"
 
 
@@ -193,6 +192,13 @@ def _real_keys(loc: Iterable[str | int], raw: object, missing: bool) -> list[str
     return keys
 
 
+def _written(keys: Iterable[str | int], raw: object, found: object) -> object:
+    """Quantity as it stands in the file, where what was found is its number in SI."""
+    for key in keys:
+        raw = raw[key]  # type: ignore[index]
+    return raw if isinstance(raw, str) and isinstance(found, float) else found
+
+
 def _hint(name: str, names: list[str]) -> str:
     for meant in SYNONYMS.get(name, ()):
         if meant in names:
@@ -201,8 +207,7 @@ def _hint(name: str, names: list[str]) -> str:
 
 
 def _near(found: object, choices: list[str]) -> str:
-    hint = nearest(str(found), choices) if isinstance(found, str) else ""
-    return hint if hint.startswith("; did") else ""
+    return similar(found, choices) if isinstance(found, str) else ""
 
 
 def _shown(found: object) -> str:

@@ -26,8 +26,10 @@ from contactfem.common.user_function import is_reference
 class CoefficientTable(Model):
     """Friction coefficient over one variable, ascending [Pa, m/s or K]."""
 
-    variable: Literal["pressure", "speed", "temperature"]
-    table: Table
+    variable: Literal["pressure", "speed", "temperature"] = Field(
+        description="what the coefficient depends on"
+    )
+    table: Table = Field(description="coefficients over it, ascending")
 
 
 VARIABLES: dict[str, Literal["pressure", "speed", "temperature"]] = {
@@ -67,14 +69,23 @@ def coefficient_table(rows: object) -> CoefficientTable:
 class NormalLaw(Model):
     """Impenetrability: exact by multipliers, by a penalty (13), or by an augmented Lagrangian.
 
-    `c_factor` scales the constant of the active set; `penalty` is ε_N, by default `penalty_factor`
-    times ten times the stiffness of the facets that touch, 1 / (h_nm/E_nm + h_m/E_m).
+    Ten times the stiffness of the facets in contact is 10 / (h_nm/E_nm + h_m/E_m).
     """
 
-    law: Literal["multiplier", "penalty", "augmented"] = "multiplier"
-    c_factor: Positive = 1.0
-    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
-    penalty_factor: Positive = 1.0
+    law: Literal["multiplier", "penalty", "augmented"] = Field(
+        default="multiplier",
+        description="exact (multiplier), or regularised by a penalty (13) or an augmented "
+        "Lagrangian",
+    )
+    c_factor: Positive = Field(
+        default=1.0, description="factor on the constant c of the active set"
+    )
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = Field(
+        default=None,
+        description="penalty ε_N; by default `penalty_factor` times ten times the stiffness "
+        "of the facets in contact",
+    )
+    penalty_factor: Positive = Field(default=1.0, description="factor on the default penalty")
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -84,23 +95,39 @@ class NormalLaw(Model):
 
 
 class Friction(Model):
-    """Coulomb's law with a `coefficient`, Tresca's with a shear `limit`, or a user's; exact.
+    """Friction: Coulomb's law, Tresca's, or a law of your own; exact with exact normal contact.
 
-    `c_factor` is the constant of the active set of friction over that of normal contact: far from 1
-    the status may cycle.
-    With a penalty for normal contact it is regularised by c_T = `penalty`, by default
-    `penalty_factor` times ε_N. `coefficient_table` gives the coefficient over pressure, slip speed
-    or the temperature of the nonmortar side, told apart by units: [["0 MPa", 0.5], ["9 MPa", 0.3]].
-    A user's law "file.py:function" gives the largest traction and its slopes from all three.
+    With a penalty for normal contact friction is regularised by c_T. A `c_factor` far from 1 may
+    make the active set cycle. A coefficient table is such as [["0 MPa", 0.5], ["9 MPa", 0.3]]. A
+    law of your own gives the friction bound and its slopes from pressure, speed and temperature.
     """
 
-    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|[^:]+\.py:[A-Za-z_]\w*)$")] = "coulomb"
-    coefficient: NonNegative | None = None
-    coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = None
-    limit: Annotated[Pressure, Field(gt=0)] | None = None
-    c_factor: Positive = 1.0
-    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = None
-    penalty_factor: Positive = 1.0
+    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|[^:]+\.py:[A-Za-z_]\w*)$")] = Field(
+        default="coulomb",
+        description='"coulomb" with a coefficient, "tresca" with a `limit`, or a law of your '
+        'own as "file.py:function"',
+    )
+    coefficient: NonNegative | None = Field(default=None, description="friction coefficient")
+    coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = Field(
+        default=None,
+        description="friction coefficient over pressure, slip speed or the temperature of the "
+        "nonmortar side; the unit tells which",
+    )
+    limit: Annotated[Pressure, Field(gt=0)] | None = Field(
+        default=None, description="largest shear traction of Tresca's law"
+    )
+    c_factor: Positive = Field(
+        default=1.0,
+        description="constant of the active set of friction over that of normal contact",
+    )
+    penalty: Annotated[ForcePerVolume, Field(gt=0)] | None = Field(
+        default=None,
+        description="tangential penalty c_T, with a penalty for normal contact; by default "
+        "`penalty_factor` times ε_N",
+    )
+    penalty_factor: Positive = Field(
+        default=1.0, description="c_T over ε_N, where `penalty` is not given"
+    )
 
     @field_validator("coefficient_table", mode="before")
     @classmethod
@@ -147,24 +174,40 @@ class Friction(Model):
 class InterfaceHeat(Model):
     """Heat through an interface, q = h (ϑ_nm - ϑ_m) (15), and the share of frictional heat (16).
 
-    `law`: "insulated"; "pressure", h = conductance (p / hardness)^exponent; "constant" where the
-    surfaces touch; "gas", h = gas_conductivity / (gap + gas_distance), across open gaps too; or a
-    user's function h(p, g) as "file.py:function". `partition` of the frictional heat enters the
-    nonmortar side. `pressure` and `dissipation` (frictional heat per current area) stand in for
-    those of mechanics.
+    Law "pressure": h = conductance (p / hardness)^exponent. Law "constant": h = conductance where
+    the surfaces touch. Law "gas": h = gas_conductivity / (gap + gas_distance), across open gaps
+    too.
     """
 
     law: Annotated[
         str, Field(pattern=r"^(insulated|pressure|constant|gas|[^:]+\.py:[A-Za-z_]\w*)$")
-    ] = "insulated"
-    conductance: Annotated[Conductance, Field(ge=0)] | None = None
-    hardness: Annotated[Pressure, Field(gt=0)] | None = None
-    exponent: Positive | None = None
-    gas_conductivity: Annotated[Conductivity, Field(gt=0)] | None = None
-    gas_distance: Annotated[Length, Field(gt=0)] | None = None
-    partition: Annotated[float, Field(strict=True, ge=0, le=1)] = 0.5
-    pressure: PressureTable | None = None
-    dissipation: HeatFluxTable | None = None
+    ] = Field(
+        default="insulated",
+        description="conductance h: none (insulated), by `pressure`, `constant`, by the `gas` "
+        'in the gap, or a function h(p, g) of your own as "file.py:function"',
+    )
+    conductance: Annotated[Conductance, Field(ge=0)] | None = Field(
+        default=None, description='h of law "constant"; h at p = hardness of law "pressure"'
+    )
+    hardness: Annotated[Pressure, Field(gt=0)] | None = Field(
+        default=None, description='Vickers hardness of law "pressure"'
+    )
+    exponent: Positive | None = Field(default=None, description='exponent of law "pressure"')
+    gas_conductivity: Annotated[Conductivity, Field(gt=0)] | None = Field(
+        default=None, description="thermal conductivity of the gas"
+    )
+    gas_distance: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="thickness of the gas between surfaces in contact"
+    )
+    partition: Annotated[float, Field(strict=True, ge=0, le=1)] = Field(
+        default=0.5, description="share of frictional heat that enters the nonmortar side"
+    )
+    pressure: PressureTable | None = Field(
+        default=None, description="contact pressure, in place of that of mechanics"
+    )
+    dissipation: HeatFluxTable | None = Field(
+        default=None, description="frictional heat per current area, in place of that of mechanics"
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

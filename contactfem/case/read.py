@@ -12,7 +12,8 @@ from contactfem.case.cross_checks import broken_links
 from contactfem.case.error_messages import error_lines
 from contactfem.case.overrides import override, with_variant
 from contactfem.case.schema import Case, force_unit
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.common.text import one_line
+from contactfem.errors import CaseError, MeshError
 
 
 def read_case(path: Path | str, overrides: Sequence[str] = (), variant: str | None = None) -> Case:

@@ -1,24 +1,18 @@
 """What stands in a scene: materials, bodies, obstacles, interfaces, conditions and probes."""
 
-import itertools
 from typing import Annotated, Literal, Self
 
-import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from contactfem.case.base import (
     BodyForce,
     Displacement,
-    Finite,
-    Flag,
     Model,
     PlateForce,
     Traction,
-    unit_vector,
 )
 from contactfem.case.interface_laws import Friction, InterfaceHeat, NormalLaw
 from contactfem.common.time_table import Table, constant
-from contactfem.common.typing import Floats
 from contactfem.common.units import (
     Conductance,
     Conductivity,
@@ -44,19 +38,42 @@ Position = Annotated[tuple[Length, ...], Field(min_length=2, max_length=3)]
 
 
 class Material(Model):
-    """Isotropic solid: `model` with a pair of moduli, or a user's energy "file.py:function"."""
+    """Isotropic solid with a pair of moduli: K and μ, or E and ν."""
 
-    model: Annotated[str, Field(pattern=r"^(neo-hooke|[^:]+\.py:[A-Za-z_]\w*)$")] = "neo-hooke"
-    bulk_modulus: Modulus | None = None
-    shear_modulus: Modulus | None = None
-    youngs_modulus: Modulus | None = None
-    poisson_ratio: Poisson | None = None
-    expansion: Expansion = 0.0
-    density: Annotated[Density, Field(gt=0)] | None = None
-    conductivity: Annotated[Conductivity, Field(gt=0)] | None = None
-    heat_capacity: Annotated[HeatCapacity, Field(gt=0)] | None = None
-    reference_temperature: Annotated[Temperature, Field(gt=0)] | None = None
-    parameters: dict[str, Number] = {}
+    model: Annotated[str, Field(pattern=r"^(neo-hooke|[^:]+\.py:[A-Za-z_]\w*)$")] = Field(
+        default="neo-hooke",
+        description='"neo-hooke", or a strain energy of your own as "file.py:function"',
+    )
+    bulk_modulus: Modulus | None = Field(
+        default=None, description="bulk modulus K; give it with `shear_modulus`"
+    )
+    shear_modulus: Modulus | None = Field(
+        default=None, description="shear modulus μ; give it with `bulk_modulus`"
+    )
+    youngs_modulus: Modulus | None = Field(
+        default=None, description="Young's modulus E; give it with `poisson_ratio`"
+    )
+    poisson_ratio: Poisson | None = Field(
+        default=None, description="Poisson's ratio ν; give it with `youngs_modulus`"
+    )
+    expansion: Expansion = Field(
+        default=0.0, description="coefficient of linear thermal expansion α"
+    )
+    density: Annotated[Density, Field(gt=0)] | None = Field(
+        default=None, description="density ρ₀ of the reference configuration"
+    )
+    conductivity: Annotated[Conductivity, Field(gt=0)] | None = Field(
+        default=None, description="thermal conductivity k"
+    )
+    heat_capacity: Annotated[HeatCapacity, Field(gt=0)] | None = Field(
+        default=None, description="heat capacity c per mass"
+    )
+    reference_temperature: Annotated[Temperature, Field(gt=0)] | None = Field(
+        default=None, description="absolute temperature of the stress-free state"
+    )
+    parameters: dict[str, Number] = Field(
+        default={}, description="numbers for a strain energy of your own, by name"
+    )
 
     @model_validator(mode="after")
     def _one_pair(self) -> Self:
@@ -102,100 +119,50 @@ class Material(Model):
 
 
 class Body(Model):
-    """Deformable body; temperatures are relative to that of the stress-free state.
+    """Deformable body; its temperatures are relative to that of the stress-free state."""
 
-    `element`: linear (P1), or MINI for nearly incompressible simplices; auto: MINI if K/mu > 20.
-    `temperature` is given over time where heat is not solved for; where it is, the body starts from
-    `initial_temperature`, on a `thermal_mesh` of its own or else on the mechanical one.
-    """
-
-    material: str
-    mesh: MeshSpec
-    element: Literal["auto", "P1", "MINI"] = "auto"
-    temperature: TemperatureTable = Field(default_factory=lambda: constant(0.0))
-    initial_temperature: TemperatureField = Field(default_factory=lambda: constant(0.0))
-    thermal_mesh: MeshSpec | None = None
-
-
-def _at_rest() -> Displacement:
-    return {"x": constant(0.0), "y": constant(0.0)}
-
-
-class RigidObstacle(Model):
-    """Rigid mortar side; `displacement` holds both components.
-
-    With a `temperature` it conducts heat, without one it only takes its share of frictional heat.
-    """
-
-    displacement: Displacement = Field(default_factory=_at_rest)
-    temperature: TemperatureTable | None = None
-
-    @field_validator("displacement")
-    @classmethod
-    def _both(cls, value: Displacement) -> Displacement:
-        if "z" in value:
-            raise ValueError("an obstacle moves in x and y")
-        return _at_rest() | value
-
-
-class Plane(RigidObstacle):
-    """Half-plane; `normal` points out of the obstacle's solid."""
-
-    shape: Literal["plane"]
-    point: tuple[Length, Length]
-    normal: tuple[Finite, Finite]
-
-    @field_validator("normal")
-    @classmethod
-    def _unit(cls, value: tuple[float, float]) -> tuple[float, float]:
-        return unit_vector(value)
-
-
-class Circle(RigidObstacle):
-    """Disk, or with `inside` the hollow of a disk."""
-
-    shape: Literal["circle"]
-    center: tuple[Length, Length]
-    radius: Annotated[Length, Field(gt=0)]
-    inside: Flag = False
-
-
-class Polyline(RigidObstacle):
-    """Chain of straight pieces with the obstacle's solid on the left of the walk along it."""
-
-    shape: Literal["polyline"]
-    points: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=2)]
-    closed: bool = False
-
-    @field_validator("points")
-    @classmethod
-    def _apart(cls, value: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-        if any(a == b for a, b in itertools.pairwise(value)):
-            raise ValueError("two points in a row are the same")
-        return value
-
-    @property
-    def chain(self) -> Floats:
-        """The points, the first one again at the end of a closed chain [m], (n, 2)."""
-        return np.array(self.points + self.points[: int(self.closed)])
-
-
-Obstacle = Annotated[Plane | Circle | Polyline, Field(discriminator="shape")]
+    material: str = Field(description="name of its material")
+    mesh: MeshSpec = Field(description="geometry with its mesh, or a mesh file")
+    element: Literal["auto", "P1", "MINI"] = Field(
+        default="auto",
+        description="linear (P1), or MINI for nearly incompressible simplices; auto takes "
+        "MINI if K/μ > 20",
+    )
+    temperature: TemperatureTable = Field(
+        default_factory=lambda: constant(0.0),
+        description="temperature over time, where heat is not solved for",
+    )
+    initial_temperature: TemperatureField = Field(
+        default_factory=lambda: constant(0.0),
+        description="temperature at the start, where heat is solved for",
+    )
+    thermal_mesh: MeshSpec | None = Field(
+        default=None, description="mesh for the temperature; by default that of `mesh`"
+    )
 
 
 class Interface(Model):
-    """Two sides that may touch: "body.surface", and "body.surface" or an obstacle.
+    """Two surfaces that may touch."""
 
-    `multiplier`: dual functions, or the shape functions, which need the saddle-point system.
-    """
-
-    nonmortar: str
-    mortar: str
-    search_radius: Annotated[Length, Field(gt=0)] | None = None
-    multiplier: Literal["dual", "standard"] = "dual"
-    normal: NormalLaw = Field(default_factory=NormalLaw)
-    friction: Friction | None = None
-    heat: InterfaceHeat = Field(default_factory=InterfaceHeat)
+    nonmortar: str = Field(description='surface "body.surface" that has the multipliers')
+    mortar: str = Field(description='opposite surface "body.surface", or the name of an obstacle')
+    search_radius: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None,
+        description="distance within which the surfaces look for each other; by default a "
+        "quarter of the nonmortar surface's extent, and at least two facets",
+    )
+    multiplier: Literal["dual", "standard"] = Field(
+        default="dual",
+        description="dual functions, which can be eliminated, or the shape functions, which "
+        "need `system` saddle",
+    )
+    normal: NormalLaw = Field(default_factory=NormalLaw, description="law of the contact pressure")
+    friction: Friction | None = Field(
+        default=None, description="law of friction; none if not given, or with false"
+    )
+    heat: InterfaceHeat = Field(
+        default_factory=InterfaceHeat, description="law of heat through the interface"
+    )
 
     @field_validator("friction", mode="before")
     @classmethod
@@ -204,10 +171,12 @@ class Interface(Model):
 
 
 class Grip(Model):
-    """Surface that moves as a rigid plate without rotation: each component led or loaded."""
+    """Surface that moves as a rigid plate without rotation; a component has a motion or a force."""
 
-    displacement: Displacement = {}
-    force: PlateForce = {}
+    displacement: Displacement = Field(
+        default={}, description="prescribed components of the motion"
+    )
+    force: PlateForce = Field(default={}, description="prescribed components of the force")
 
     @model_validator(mode="after")
     def _once(self) -> Self:
@@ -220,8 +189,12 @@ class Grip(Model):
 class Convection(Model):
     """Heat exchange with surroundings, q = coefficient (ϑ - ambient), on the current surface."""
 
-    coefficient: Annotated[Conductance, Field(gt=0)]
-    ambient: TemperatureTable = Field(default_factory=lambda: constant(0.0))
+    coefficient: Annotated[Conductance, Field(gt=0)] = Field(
+        description="heat transfer coefficient"
+    )
+    ambient: TemperatureTable = Field(
+        default_factory=lambda: constant(0.0), description="temperature of the surroundings"
+    )
 
 
 MECHANICAL = ("displacement", "traction", "pressure", "body_force", "grip")
@@ -230,22 +203,33 @@ IN_VOLUME = ("body_force", "heat_source")
 
 
 class Condition(Model):
-    """One condition on a surface "body.surface", on a "body", or on a body's vertex `at`.
+    """One load or support: `on` with one other key, or with `displacement` and `at`."""
 
-    `heat_flux` enters through the current surface, `heat_source` per reference volume.
-    """
-
-    on: str
-    at: Position | None = None
-    displacement: Displacement | None = None
-    traction: Traction | None = None
-    pressure: PressureTable | None = None
-    body_force: BodyForce | None = None
-    grip: Grip | None = None
-    temperature: TemperatureField | None = None
-    heat_flux: HeatFluxField | None = None
-    heat_source: HeatSourceField | None = None
-    convection: Convection | None = None
+    on: str = Field(description='a surface "body.surface", or a "body"')
+    at: Position | None = Field(
+        default=None, description="position of one vertex of the body, with a displacement only"
+    )
+    displacement: Displacement | None = Field(
+        default=None, description="prescribed components; the others stay free"
+    )
+    traction: Traction | None = Field(default=None, description="force per reference area")
+    pressure: PressureTable | None = Field(
+        default=None, description="pressure on the current surface; it follows the deformation"
+    )
+    body_force: BodyForce | None = Field(default=None, description="force per reference volume")
+    grip: Grip | None = Field(
+        default=None, description="the surface moves as a rigid plate without rotation"
+    )
+    temperature: TemperatureField | None = Field(default=None, description="prescribed temperature")
+    heat_flux: HeatFluxField | None = Field(
+        default=None, description="heat that enters through the current surface, per area"
+    )
+    heat_source: HeatSourceField | None = Field(
+        default=None, description="heat that is produced, per reference volume"
+    )
+    convection: Convection | None = Field(
+        default=None, description="heat exchange with the surroundings"
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -293,8 +277,10 @@ class Condition(Model):
 class Probe(Model):
     """A value at a material point of a body."""
 
-    on: str
-    at: Position
+    on: str = Field(description="name of the body")
+    at: Position = Field(
+        description="position of the material point in the reference configuration"
+    )
     value: Literal[
         "displacement.x",
         "displacement.y",
@@ -306,4 +292,4 @@ class Probe(Model):
         "stress.yz",
         "stress.xz",
         "temperature",
-    ]
+    ] = Field(description="what to record there")

@@ -7,7 +7,8 @@ from pydantic import Field, field_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from contactfem.case.base import Flag, Model, Name
-from contactfem.case.scene import Body, Condition, Interface, Material, Obstacle, Probe
+from contactfem.case.obstacles import Obstacle
+from contactfem.case.scene import Body, Condition, Interface, Material, Probe
 from contactfem.case.settings import (
     Adaptivity,
     ClosedForm,
@@ -21,34 +22,71 @@ from contactfem.case.settings import (
 
 
 class Case(Model):
-    """A whole case; names that refer to something are known to exist.
+    """A whole case.
 
-    `heat`: heat is solved for where this table stands; with `mechanics = false` it alone.
-    `path` and `contents` are those of the file, with a variant and changed values put in.
+    With a table `heat`, heat conduction is solved for; with `mechanics = false` it alone.
     """
 
-    title: str
-    references: tuple[str, ...] = ()
-    dimension: Literal["plane strain", "axisymmetric", "3d"] = "plane strain"
-    strain: Literal["finite", "small"] = "finite"
-    time: Time
-    materials: Annotated[dict[Name, Material], Field(min_length=1)]
-    bodies: Annotated[dict[Name, Body], Field(min_length=1)]
-    obstacles: dict[Name, Obstacle] = {}
-    interfaces: dict[Name, Interface] = {}
-    mechanics: Flag = True
-    heat: Heat | None = None
-    adaptivity: Adaptivity | None = None
-    conditions: tuple[Condition, ...] = ()
-    probes: dict[Name, Probe] = {}
-    closed_form: dict[Name, ClosedForm] = {}
-    solver: Solver = Field(default_factory=Solver)
-    output: Output = Field(default_factory=Output)
-    expect: dict[str, Expectation] = {}
-    study: Study | None = None
-    variants: dict[Name, dict[str, Any]] = {}
-    path: SkipJsonSchema[Path] = Field(default=Path("case.toml"), exclude=True)
-    contents: SkipJsonSchema[dict[str, Any]] = Field(default={}, exclude=True, repr=False)
+    title: str = Field(description="one line that says what the case is")
+    references: tuple[str, ...] = Field(
+        default=(), description="publications or manuals that the case comes from"
+    )
+    dimension: Literal["plane strain", "axisymmetric", "3d"] = Field(
+        default="plane strain", description="what a plane mesh stands for, or 3d"
+    )
+    strain: Literal["finite", "small"] = Field(
+        default="finite",
+        description="finite strain, or small strain; contact follows the deformed geometry in both",
+    )
+    time: Time = Field(description="end of the run and its steps")
+    materials: Annotated[dict[Name, Material], Field(min_length=1)] = Field(
+        description="materials by name"
+    )
+    bodies: Annotated[dict[Name, Body], Field(min_length=1)] = Field(
+        description="deformable bodies by name"
+    )
+    obstacles: dict[Name, Obstacle] = Field(default={}, description="rigid obstacles by name")
+    interfaces: dict[Name, Interface] = Field(
+        default={}, description="pairs of surfaces that may touch, by name"
+    )
+    mechanics: Flag = Field(default=True, description="whether displacements are solved for")
+    heat: Heat | None = Field(
+        default=None,
+        description="heat conduction; without this table, or with false, temperatures are given",
+    )
+    adaptivity: Adaptivity | None = Field(
+        default=None, description="meshes and steps that follow estimated errors; false for none"
+    )
+    conditions: tuple[Condition, ...] = Field(
+        default=(), description="loads and supports, mechanical and thermal"
+    )
+    probes: dict[Name, Probe] = Field(default={}, description="values to record at points, by name")
+    closed_form: dict[Name, ClosedForm] = Field(
+        default={}, description="known solutions to compare with, by the name of the interface"
+    )
+    solver: Solver = Field(
+        default_factory=Solver, description="Newton's method and the linear solver"
+    )
+    output: Output = Field(default_factory=Output, description="files to write")
+    expect: dict[str, Expectation] = Field(
+        default={},
+        description="measured numbers and the values allowed for them, by name; false for none",
+    )
+    study: Study | None = Field(
+        default=None, description="number that `contactfem study` takes as the error of a run"
+    )
+    variants: dict[Name, dict[str, Any]] = Field(
+        default={}, description="changed keys that make another case of this one, by name"
+    )
+    path: SkipJsonSchema[Path] = Field(
+        default=Path("case.toml"), exclude=True, description="path of the case file"
+    )
+    contents: SkipJsonSchema[dict[str, Any]] = Field(
+        default={},
+        exclude=True,
+        repr=False,
+        description="content of the case file, with a variant and changed values put in",
+    )
 
     @field_validator("heat", "adaptivity", mode="before")
     @classmethod

@@ -16,12 +16,18 @@ STEPS = 1024.0  # the smallest step, unless given, is this many times smaller th
 
 
 class Time(Model):
-    """Time from zero to `end`; steps start with `step` and adapt between the limits."""
+    """Time from zero to `end`; the first step is `step`, later ones adapt between the limits."""
 
-    end: PositiveTime
-    step: PositiveTime
-    step_min: PositiveTime = Field(default_factory=lambda data: data.get("step", 0.0) / STEPS)
-    step_max: PositiveTime = Field(default_factory=lambda data: data.get("step", 0.0))
+    end: PositiveTime = Field(description="time at which the run ends; it starts at zero")
+    step: PositiveTime = Field(description="first step; steps adapt from there")
+    step_min: PositiveTime = Field(
+        default_factory=lambda data: data.get("step", 0.0) / STEPS,
+        description="shortest step; by default step / 1024",
+    )
+    step_max: PositiveTime = Field(
+        default_factory=lambda data: data.get("step", 0.0),
+        description="longest step; by default step",
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -36,38 +42,73 @@ class Time(Model):
 
 
 class Solver(Model):
-    """Newton's method: `tolerance` of the scaled residual; `petsc`: linear solver's options.
+    """Newton's method, its linear systems, and the independent look at accepted states.
 
-    `system`: multipliers are eliminated (condensed) or unknowns beside u (saddle). `reuse`: whether
-    a factor may serve on where that pays (condensed, no `petsc` options); the answer is the same.
+    The look finds states that cannot be: bodies in each other, cells turned over, a body thrown
+    away, forces out of balance, contact that pulls, friction that gives work, heat from nowhere.
     """
 
-    system: Literal["condensed", "saddle"] = "condensed"
-    tolerance: Fraction = 1e-10
-    max_iterations: Annotated[Count, Field(ge=1)] = 30
-    max_cutbacks: Count = 8
-    reuse: Flag = True
-    petsc: dict[str, str] = {}
+    system: Literal["condensed", "saddle"] = Field(
+        default="condensed",
+        description="multipliers are eliminated (condensed), or unknowns beside u (saddle)",
+    )
+    tolerance: Fraction = Field(
+        default=1e-10, description="scaled residual at which Newton's method has converged"
+    )
+    max_iterations: Annotated[Count, Field(ge=1)] = Field(
+        default=30, description="Newton iterations after which a step has failed"
+    )
+    max_cutbacks: Count = Field(
+        default=8, description="how often a step is halved before the run gives up"
+    )
+    reuse: Flag = Field(
+        default=True,
+        description="whether a factorisation may be used again where that is faster "
+        "(condensed, without `petsc`); the answer is the same",
+    )
+    verify: Literal["stop", "warn", False] = Field(
+        default="stop",
+        description="what follows such a state: end the run with exit code 5 (stop), go on with a "
+        "warning (warn), or do not look (false)",
+    )
+    petsc: dict[str, str] = Field(
+        default={}, description="PETSc options of the linear solver, over the defaults"
+    )
 
 
 class Heat(Model):
     """Heat conduction, solved after the mechanics of each step (isothermal split).
 
-    `scheme`: in time, cG(k) (22)-(27), the L-stable dG(k), or "steady". cG(1) is the default:
-    second order at the price of one solve; it may ring where a start is inconsistent or ρc tiny,
-    which is said, and dG(1) is the remedy. `max_passes` of mechanics and heat per step, until
-    temperatures change less than `tolerance` of their range; `relaxation` "aitken" or a fixed
-    factor. `thermoelastic`: whether straining changes temperature (needs a reference_temperature).
+    The default scheme cG(1) is of second order and needs one solve per step. Where the start is
+    inconsistent or ρc tiny its temperatures may change sign in every step (ringing); the run warns
+    of that, and dG(1) does not ring. Passes of mechanics and heat repeat until the temperature
+    changes by less than `tolerance` of its range.
     """
 
     scheme: Literal["cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"] = (
-        "cG(1)"
+        Field(
+            default="cG(1)",
+            description='time scheme: cG(k) (22)-(27), the L-stable dG(k), or "steady"',
+        )
     )
-    max_passes: Annotated[Count, Field(ge=1)] = 1
-    tolerance: Fraction = 1e-6
-    relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = "aitken"
-    thermoelastic: Flag = False
-    petsc: dict[str, str] = {}
+    max_passes: Annotated[Count, Field(ge=1)] = Field(
+        default=1, description="most passes of mechanics and heat per step"
+    )
+    tolerance: Fraction = Field(
+        default=1e-6,
+        description="change of the temperature, relative to its range, below which no more "
+        "passes are made",
+    )
+    relaxation: Literal["aitken"] | Annotated[float, Field(strict=True, gt=0, le=1)] = Field(
+        default="aitken", description='"aitken", or a fixed factor between passes'
+    )
+    thermoelastic: Flag = Field(
+        default=False,
+        description="whether strain rates change the temperature; needs `reference_temperature`",
+    )
+    petsc: dict[str, str] = Field(
+        default={}, description="PETSc options of the linear solver, over the defaults"
+    )
 
     @field_validator("relaxation", mode="before")
     @classmethod
@@ -80,32 +121,58 @@ class Heat(Model):
 
 
 class Adaptivity(Model):
-    """Meshes and steps that follow from the error asked for, as ratios of norms such as "5 %".
+    """Meshes and steps that follow a given error, a ratio of norms such as "5 %".
 
-    `tolerance` stands for all three that are not given: `mechanics`, `heat` and `time`; the latter
-    two need heat. `bodies` may get new meshes, all by default. Sizes and growth limit the cells,
-    `max_cells` those of all meshes of one problem; sizes are by default an eighth of each body's
-    extent, and that over 256; `contact_size` is the largest of new cells of mechanics on surfaces
-    of interfaces, for pressures that are finer than the stress asks for. `aspect` lets new thermal
-    cells there be so many times longer than thick, up to `contact_size` if that is given: a thin
-    layer of heat then needs few cells. Errors are judged after `start`; those of heat and time as
-    soon as temperatures are further apart than `least_temperature`: next to no heat needs no mesh.
+    `contact_size` resolves pressures that need finer meshes than the stress. With an `aspect` new
+    thermal cells on interfaces may be that many times longer than thick, up to `contact_size` if
+    that is given: a thin layer of heat then needs few cells. Without differences of temperature
+    above `least_temperature` errors of heat and time are not judged.
     """
 
-    tolerance: Ratio | None = None
-    mechanics: Ratio | None = None
-    heat: Ratio | None = None
-    time: Ratio | None = None
-    bodies: tuple[Name, ...] | None = None
-    size_min: Annotated[Length, Field(gt=0)] | None = None
-    size_max: Annotated[Length, Field(gt=0)] | None = None
-    contact_size: Annotated[Length, Field(gt=0)] | None = None
-    aspect: Annotated[float, Field(strict=True, ge=1, le=100)] = 1.0
-    growth: Annotated[float, Field(strict=True, gt=0, le=1)] = 0.3
-    max_cells: Annotated[Count, Field(ge=10)] = 200_000
-    max_remeshes: Count = 3
-    start: Annotated[Duration, Field(ge=0)] = 0.0
-    least_temperature: Annotated[Temperature, Field(ge=0)] = 1e-3
+    tolerance: Ratio | None = Field(
+        default=None,
+        description='relative error such as 0.05 or "5 %", for all of the next three that are '
+        "not given",
+    )
+    mechanics: Ratio | None = Field(default=None, description="relative error of the stress")
+    heat: Ratio | None = Field(
+        default=None, description="relative error of the heat flux; needs heat"
+    )
+    time: Ratio | None = Field(
+        default=None, description="relative error of the rate of temperature; needs heat"
+    )
+    bodies: tuple[Name, ...] | None = Field(
+        default=None, description="bodies that may get new meshes; all by default"
+    )
+    size_min: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="smallest cell size; by default 1/2048 of each body's extent"
+    )
+    size_max: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="largest cell size; by default 1/8 of each body's extent"
+    )
+    contact_size: Annotated[Length, Field(gt=0)] | None = Field(
+        default=None, description="largest size of new cells on surfaces of interfaces"
+    )
+    aspect: Annotated[float, Field(strict=True, ge=1, le=100)] = Field(
+        default=1.0,
+        description="how many times longer than thick thermal cells on interfaces may be",
+    )
+    growth: Annotated[float, Field(strict=True, gt=0, le=1)] = Field(
+        default=0.3, description="growth of the cell size per distance"
+    )
+    max_cells: Annotated[Count, Field(ge=10)] = Field(
+        default=200_000, description="most cells of all meshes of one problem"
+    )
+    max_remeshes: Count = Field(
+        default=3, description="most new meshes of one problem within one step"
+    )
+    start: Annotated[Duration, Field(ge=0)] = Field(
+        default=0.0, description="time from which errors are judged"
+    )
+    least_temperature: Annotated[Temperature, Field(ge=0)] = Field(
+        default=1e-3,
+        description="spread of temperatures above which errors of heat and time are judged",
+    )
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -127,20 +194,26 @@ class Adaptivity(Model):
 
 
 class Output(Model):
-    """What is written besides the history.
+    """Files that are written besides the history and the summary."""
 
-    `times`: when interfaces are written before the end. `snapshots`: about how many pictures of all
-    bodies are kept, over the time of the run, for a film. A run writes its state, to be resumed
-    from, every `checkpoint_every` steps if that is given, and every `checkpoint_interval` of
-    wall-clock time.
-    """
-
-    fields: Literal["vtkhdf", "vtx", False] = "vtkhdf"
-    figures: Flag = True
-    times: tuple[PositiveTime, ...] = ()
-    snapshots: Count = 0
-    checkpoint_every: Annotated[Count, Field(ge=1)] | None = None
-    checkpoint_interval: PositiveTime = 600.0
+    fields: Literal["vtkhdf", "vtx", False] = Field(
+        default="vtkhdf",
+        description="field files for ParaView: one of the run, a folder for each body (by ADIOS2), "
+        "or none",
+    )
+    figures: Flag = Field(default=True, description="draw figures")
+    times: tuple[PositiveTime, ...] = Field(
+        default=(), description="times before the end at which interfaces are written"
+    )
+    snapshots: Count = Field(
+        default=0, description="about how many frames of all bodies are kept for an animation"
+    )
+    checkpoint_every: Annotated[Count, Field(ge=1)] | None = Field(
+        default=None, description="write the state for `contactfem resume` every so many steps"
+    )
+    checkpoint_interval: PositiveTime = Field(
+        default=600.0, description="write it after so much wall-clock time as well"
+    )
 
     @field_validator("fields", mode="before")
     @classmethod
@@ -156,13 +229,19 @@ class Output(Model):
 
 
 class Expectation(Model):
-    """What a measured number must be: near `value`, or between `min` and `max` [SI]."""
+    """Allowed values of a measured number: near `value`, or between `min` and `max`."""
 
-    value: Number | None = None
-    rel: NonNegative | None = None
-    abs: Annotated[Number, Field(ge=0)] | None = None
-    min: Number | None = None
-    max: Number | None = None
+    value: Number | None = Field(
+        default=None, description="expected value [SI]; give it with `rel` or `abs`"
+    )
+    rel: NonNegative | None = Field(
+        default=None, description="allowed deviation, relative to `value`"
+    )
+    abs: Annotated[Number, Field(ge=0)] | None = Field(
+        default=None, description="allowed deviation, absolute [SI]"
+    )
+    min: Number | None = Field(default=None, description="smallest allowed value [SI]")
+    max: Number | None = Field(default=None, description="largest allowed value [SI]")
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -177,15 +256,19 @@ class Expectation(Model):
 
 
 class Study(Model):
-    """What `contactfem study` takes for the error of a run.
+    """Error of a run for `contactfem study`: an `error`, or a `quantity`."""
 
-    `error`: a measured number that is one, such as "sole.pressure_error_l2". Or else a `quantity`,
-    whose distance from its `reference` is taken [SI], or from that of the finest run.
-    """
-
-    error: str | None = None
-    quantity: str | None = None
-    reference: Number | None = None
+    error: str | None = Field(
+        default=None,
+        description='measured number that is an error itself, such as "sole.pressure_error_l2"',
+    )
+    quantity: str | None = Field(
+        default=None, description="measured number whose distance from `reference` is the error"
+    )
+    reference: Number | None = Field(
+        default=None,
+        description="exact value of `quantity` [SI]; by default that of the finest run",
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -197,10 +280,12 @@ class Study(Model):
 
 
 class ClosedForm(Model):
-    """Closed form that an interface is compared with."""
+    """Closed form to compare an interface with."""
 
-    solution: Literal["hertz_line", "cattaneo_mindlin", "westergaard", "uniform"]
-    parameters: dict[str, Number] = {}
+    solution: Literal["hertz_line", "cattaneo_mindlin", "westergaard", "uniform"] = Field(
+        description="name of the closed form"
+    )
+    parameters: dict[str, Number] = Field(default={}, description="its parameters by name")
 
     @field_validator("parameters", mode="before")
     @classmethod

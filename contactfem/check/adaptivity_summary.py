@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from contactfem.case.adaptivity_checks import adapting
+from contactfem.common.text import percent
 from contactfem.common.unit_display import engineering
 
 if TYPE_CHECKING:
@@ -28,12 +29,12 @@ def adaptivity_words(case: Case) -> Iterator[tuple[str, str]]:
         return
     asked = []
     if case.mechanics and (tolerance := settings.for_mechanics()) is not None:
-        asked.append(f"stress {_percent(tolerance)}")
+        asked.append(f"stress {percent(tolerance, 6)}")
     if case.heat is not None and (tolerance := settings.for_heat()) is not None:
-        asked.append(f"heat flux {_percent(tolerance)}")
+        asked.append(f"heat flux {percent(tolerance, 6)}")
     transient = case.heat is not None and case.heat.scheme != "steady"
     if transient and (tolerance := settings.for_time()) is not None:
-        asked.append(f"rate of temperature {_percent(tolerance)}")
+        asked.append(f"rate of temperature {percent(tolerance, 6)}")
     yield "adaptivity", f"errors asked for, ratios of norms: {', '.join(asked) or 'none'}"
     yield "new meshes", f"{', '.join(adapting(case)) or 'none'}; {_limits(settings)}"
 
@@ -50,7 +51,3 @@ def _limits(settings: Adaptivity) -> str:
         f"cells of {low} to {high}{contact}, growing by {settings.growth:g} per length, at most "
         f"{settings.max_cells}; at most {settings.max_remeshes} times per step"
     )
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:g} %"

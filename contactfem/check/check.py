@@ -15,10 +15,10 @@ from contactfem.check.initial_gaps import obstacle_gap, surface_gap
 from contactfem.check.interface_summary import interface_facts
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
-from contactfem.common.text import nearest
+from contactfem.common.text import nearest, one_line
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.rigid_motions import free_rigid_modes, name_modes
 from contactfem.meshes import MeshFile
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from contactfem.case.scene import Circle, Plane, Polyline
+from contactfem.case.obstacles import Circle, Plane, Polyline
 from contactfem.common.typing import Floats
 
 REFINE = 16  # points per straight piece, for a smallest gap in its middle

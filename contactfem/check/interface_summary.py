@@ -9,8 +9,9 @@ from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
 from contactfem.check.facet_matching import match
+from contactfem.common.text import one_line
 from contactfem.common.unit_display import scale_for
-from contactfem.errors import CaseError, MeshError, one_line
+from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import line_lengths
 from contactfem.meshes.data import Surface
 

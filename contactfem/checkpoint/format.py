@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from contactfem import __version__
 from contactfem.adaptivity.decisions import MeshHistory
 from contactfem.checkpoint.archive import Tree, read_archive, write_archive
+from contactfem.common.files import whole_file
 from contactfem.errors import CheckpointError
 from contactfem.results.data import Failure, StepReport
 
@@ -108,11 +109,10 @@ def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
         "progress": asdict(checkpoint.progress),
         "seconds": dict(checkpoint.seconds),
     }
-    draft = folder / f".{NAME}.part"
-    write_archive(draft, head, checkpoint.state)
-    if (folder / NAME).exists():
-        os.replace(folder / NAME, folder / PREVIOUS)
-    os.replace(draft, folder / NAME)
+    with whole_file(folder / NAME) as draft:
+        write_archive(draft, head, checkpoint.state)
+        if (folder / NAME).exists():
+            os.replace(folder / NAME, folder / PREVIOUS)
 
 
 def read_checkpoint(folder: Path) -> tuple[Checkpoint, str]:

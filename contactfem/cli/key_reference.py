@@ -7,10 +7,9 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from contactfem.case.key_words import KEY_WORDS
 from contactfem.case.schema import Case
 from contactfem.common.unit_parser import DIMENSIONS
-from contactfem.common.units import EXAMPLES
+from contactfem.common.units import EXAMPLES, allowed
 from contactfem.results import heat_measures as heat_measure
 from contactfem.results import measures as measure
 
@@ -34,21 +33,23 @@ Components are named, `displacement.x = "1 mm"`, or listed. Every key may be cha
 
 
 def case_schema() -> dict[str, Any]:
-    """JSON schema of case files, with a description of every key."""
+    """JSON schema of case files, in which a quantity's description ends with an example."""
     schema = Case.model_json_schema()
-    for name, table in _tables(schema):
-        for key, words in KEY_WORDS.get(name, {}).items():
-            properties = table["properties"]
-            if key in properties:
-                properties[key] = _described(properties[key], words)
+    for _, table in _tables(schema):
+        for key, value in table.get("properties", {}).items():
+            table["properties"][key] = _described(value)
     return schema
 
 
-def _described(schema: Schema, words: str) -> dict[str, Any]:
-    """A key's schema with what it means; a reference becomes a member, to have words beside it."""
-    inner = {"allOf": [schema]} if "$ref" in schema else schema
-    kind = inner.get("description")
-    return {**inner, "description": f"{words}: {kind}" if kind else words}
+def _described(schema: Schema) -> dict[str, Any]:
+    """A key's schema; a reference becomes a member, as many editors ignore what is beside it."""
+    if "$ref" in schema:
+        rest = {key: value for key, value in schema.items() if key != "$ref"}
+        return {"allOf": [{"$ref": schema["$ref"]}], **rest}
+    symbol = UNITS.get(str(schema.get("examples", [""])[0]))
+    if symbol is None or schema.get("type") != "string":
+        return dict(schema)
+    return {**schema, "description": f"{schema['description']}: {allowed(symbol)}"}
 
 
 def _tables(schema: Schema) -> Iterator[tuple[str, Any]]:
@@ -66,39 +67,28 @@ def reference_page() -> str:
     return "\n".join([START, *sections, _measurable()])
 
 
-def unexplained() -> list[str]:
-    """Keys that neither have words of their own nor are named by the words of their table."""
-    return [
-        f"{name}.{key}"
-        for name, table in _tables(Case.model_json_schema())
-        for key in table.get("properties", {})
-        if key not in KEY_WORDS.get(name, {}) and f"`{key}`" not in table.get("description", "")
-    ]
-
-
 def _find(name: str, place: str, tables: Mapping[str, Schema], places: dict[str, str]) -> None:
     """Note where a table stands, and all tables below it."""
-    if name in places:
-        return
-    places[name] = place
+    places.setdefault(name, place)
     for key, schema in tables[name].get("properties", {}).items():
         named = "NAME" if "patternProperties" in schema or "additionalProperties" in schema else ""
         item = "0" if schema.get("type") == "array" else named
-        for below in re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema)):
-            _find(below, ".".join(part for part in (place, key, item) if part), tables, places)
+        new = [n for n in re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema)) if n not in places]
+        places |= dict.fromkeys(new, ".".join(part for part in (place, key, item) if part))
+        for below in new:
+            _find(below, places[below], tables, places)
 
 
 def _section(name: str, place: str, table: Schema) -> str:
     """Title, words and rows of one table."""
     lines = [f"## {name}", ""]
-    lines += [f"Stands at `{place}`.", ""] if place else []
+    lines += [f"At `{place}`.", ""] if place else []
     lines += [table["description"], ""]
     required = table.get("required", ())
     lines += ["| key | value | if not given | |", "|---|---|---|---|"]
     for key, schema in table["properties"].items():
         default = "**required**" if key in required else _default(schema)
-        words = KEY_WORDS.get(name, {}).get(key, "")
-        lines.append(f"| `{key}` | {_value(schema)} | {default} | {words} |")
+        lines.append(f"| `{key}` | {_value(schema)} | {default} | {schema['description']} |")
     return "\n".join(lines) + "\n"
 
 

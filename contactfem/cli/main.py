@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, study, report, view, film, schema."""
+"""The command line: check, mesh, run, resume, verify, study, report, view, film, schema."""
 
 import argparse
 import glob
@@ -15,7 +15,7 @@ from contactfem.errors import CaseError, ContactfemError, ExitCode
 INTERRUPTED = 130  # as shells have it
 EXIT_CODES = (
     "exit codes: 0 done, 1 an expectation missed, 2 bad case, 3 the solver gave up, "
-    "4 stopped by a signal and can be resumed"
+    "4 stopped by a signal and can be resumed, 5 a state that cannot be (solver.verify)"
 )
 
 
@@ -55,6 +55,7 @@ def parser() -> argparse.ArgumentParser:
     mesh = _verb(verbs, "mesh", _mesh, "write the meshes of a case with their named groups")
     run = _verb(verbs, "run", _run, "solve a case; under mpirun on many ranks")
     resume = _verb(verbs, "resume", _resume, "go on with a run that was stopped or gave up")
+    verify = _verb(verbs, "verify", _verify, "look at the results of a run: can they be?")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
     view = _verb(verbs, "view", _view, "show the fields of a run: a window, or a page that turns")
@@ -68,6 +69,7 @@ def parser() -> argparse.ArgumentParser:
         verb.add_argument("--variant", metavar="NAME", help="a variant that the case file defines")
         _add_set(verb, "change a value, such as time.end='2 s' or conditions.0.pressure='1 MPa'")
     resume.add_argument("folder", type=Path, metavar="DIR", help="folder of the run")
+    verify.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     _add_set(resume, "change how it is solved or written, such as time.step_min='1 us'")
     mesh.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder to write to")
     run.add_argument(
@@ -162,6 +164,18 @@ def _resume(options: argparse.Namespace) -> int:
     from contactfem.cli.run import resume_command
 
     return resume_command(options.folder, options.overrides)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from contactfem.audit.files import verify
+    from contactfem.output.tables import read_summary
+
+    found = verify(options.folder, read_summary(options.folder))
+    for finding in found:
+        print(finding)
+    if not found:
+        print(f"{options.folder}: nothing is wrong with its last state and its steps")
+    return ExitCode.WRONG if found else ExitCode.DONE
 
 
 def _report(options: argparse.Namespace) -> int:

@@ -183,7 +183,7 @@ def _run_one(
             print(result.message, file=sys.stderr, flush=True)
     passed = bool(comm.bcast(passed))
     if not result.converged:
-        return ExitCode.GAVE_UP
+        return ExitCode.WRONG if result.wrong else ExitCode.GAVE_UP
     return ExitCode.DONE if passed else ExitCode.MISSED
 
 
@@ -198,7 +198,8 @@ def _closing(out: Path, *, plain: bool) -> bool:
 
     mpirun shows a terminal even where there is none, so colour would get into files: `plain`.
     """
-    from contactfem.output.report.report import read_summary, verdict_lines
+    from contactfem.output.report.report import verdict_lines
+    from contactfem.output.tables import read_summary
 
     summary = read_summary(out)
     for line in verdict_lines(summary, colour=not plain and sys.stdout.isatty()):

@@ -9,10 +9,10 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
-from difflib import get_close_matches
 from functools import cache
 from typing import TYPE_CHECKING
 
+from contactfem.common.text import similar
 from contactfem.errors import ContactfemError
 
 if TYPE_CHECKING:
@@ -249,8 +249,7 @@ def _from_pint(name: str) -> Unit:
         powers = {"[length]": 0.0, "[mass]": 0.0, "[time]": 0.0, "[temperature]": 0.0}
         powers |= {key: float(power) for key, power in base.dimensionality.items()}
     except pint.UndefinedUnitError:
-        near = get_close_matches(name, [*PREFIXABLE, *PLAIN, "mm", "kN", "MPa", "GPa", "kg"], n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
+        hint = similar(name, [*PREFIXABLE, *PLAIN, "mm", "kN", "MPa", "GPa", "kg"])
         raise UnitError(f"'{name}' is not a known unit{hint}") from None
     if len(powers) > 4:
         raise UnitError(f"'{name}' is not a unit of mechanics or heat")

@@ -74,7 +74,8 @@ def si(text: str, symbol: str) -> float:
     return value
 
 
-def _allowed(symbol: str) -> str:
+def allowed(symbol: str) -> str:
+    """What a quantity with an SI unit must be: "a length such as '10 mm'"."""
     name = DIMENSIONS.get(symbol, f"quantity in {symbol}")
     return f"{with_article(name)} such as '{EXAMPLES.get(symbol, f'1 {symbol}')}'"
 
@@ -95,12 +96,12 @@ def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
         try:
             return si(value, symbol)
         except UnitError as error:
-            raise _wrong(str(error), _allowed(symbol)) from None
+            raise _wrong(str(error), allowed(symbol)) from None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _wrong("is not a quantity", _allowed(symbol))
+        raise _wrong("is not a quantity", allowed(symbol))
     if strict and symbol:
-        raise _wrong("has no unit", _allowed(symbol))
-    return _finite(value, _allowed(symbol))
+        raise _wrong("has no unit", allowed(symbol))
+    return _finite(value, allowed(symbol))
 
 
 def _finite(value: float, allowed: str) -> float:
@@ -135,7 +136,7 @@ class Quantity:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Editors see a string, with an example."""
-        return {**_string(self.symbol), "description": _allowed(self.symbol)}
+        return {**_string(self.symbol), "description": allowed(self.symbol)}
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,7 @@ def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
         example = EXAMPLES.get(symbol, f"1 {symbol}")
         raise _wrong(
             "is not a table",
-            f"{_allowed(symbol)}, or at least two rows [['0 s', '{example}'], ...]",
+            f"{allowed(symbol)}, or at least two rows [['0 s', '{example}'], ...]",
         )
     return rows
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from contactfem.case.contact_parameters import constants
 from contactfem.case.law_factory import friction_law
-from contactfem.case.scene import Plane, Polyline
+from contactfem.case.obstacles import Plane, Polyline
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.conditions import Contact, ContactLaw

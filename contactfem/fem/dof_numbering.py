@@ -224,8 +224,8 @@ class Unknowns:
         n = self.numbering
         tied = np.full(len(n.tied), -np.inf)
         for unknown, array in zip(n.unknown, arrays, strict=True):
-            here = (unknown >= 0) & (unknown < len(tied))
-            tied[unknown[here]] = array[here]
+            inside = (unknown >= 0) & (unknown < len(tied))
+            tied[unknown[inside]] = array[inside]
             own = (unknown >= max(n.first, len(tied))) & (unknown < n.first + n.n_local)
             x.array[unknown[own] - n.first] = array[own]
         self.comm.Allreduce(MPI.IN_PLACE, tied, MPI.MAX)

@@ -1,13 +1,13 @@
 """Mechanics of several bodies as one system: residual and tangent (18)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from contactfem.common.typing import Floats
+from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import Prescribed, TiedDofs, Unknowns
 from contactfem.mechanics.body import BodyProblem
 
@@ -40,6 +40,14 @@ class System(Unknowns):
             for p in prescribed
         ]
         self.grip_loads = np.zeros(len(tied))
+        self._supported = {  # each dof once, though several conditions may prescribe it
+            (body, component): _distinct(
+                dofs
+                for p, (_, dofs, _) in zip(prescribed, self._held, strict=True)
+                if (p.body, p.component) == (body, component)
+            )
+            for body, component in {(p.body, p.component) for p in prescribed}
+        }
 
     @property
     def axisymmetric(self) -> bool:
@@ -125,6 +133,20 @@ class System(Unknowns):
         mine = [float(parts[p.body][dofs].sum()) for p, (_, dofs, _) in held]
         return [float(v) for v in self.comm.allreduce(np.array(mine))] if mine else []
 
+    def supports(self, parts: Sequence[Floats]) -> Floats:
+        """Sum of what all prescribed motions exert on each body [N/m], (bodies, axes); collective.
+
+        Unlike `reactions`, a dof that several conditions hold counts once.
+
+        Args:
+            parts: Local residuals, as `residual` returns them.
+        """
+        total = np.zeros((len(self.bodies), self.bodies[0].mesh.mesh.geometry.dim))
+        for (body, component), dofs in self._supported.items():
+            total[body, component] = parts[body][dofs].sum()
+        self.comm.Allreduce(MPI.IN_PLACE, total)
+        return total
+
     def assemble(self, A: PETSc.Mat, jumps: Sequence[Floats | None]) -> None:
         """Fill a matrix with the bulk tangent; collective.
 
@@ -138,3 +160,8 @@ class System(Unknowns):
             with body.without(jump):
                 body.add_tangent(A)
         A.assemble()
+
+
+def _distinct(parts: Iterable[Ints]) -> Ints:
+    """Numbers that are in any of some arrays, each once."""
+    return np.unique(np.concatenate(list(parts)))

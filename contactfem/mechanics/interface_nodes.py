@@ -18,6 +18,10 @@ class InterfaceNodes:
         mortar: Mortar side.
         basis: Of the multiplier.
         shared: Nonmortar nodes that are on another surface of an interface too.
+
+    Attributes:
+        body: Number of every node's body, -1 of an obstacle, (n,).
+        vertex: Its input vertex there, (n,).
     """
 
     def __init__(
@@ -37,6 +41,11 @@ class InterfaceNodes:
         )
         n = len(first.X)
         self.X = np.vstack((first.X, second.X))
+        self.body = np.full(len(self.X), -1, np.int64)
+        self.vertex = np.full(len(self.X), -1, np.int64)
+        self.body[:n], self.vertex[:n] = nonmortar.body, nonmortar.surface.vertices
+        if isinstance(mortar, BodySide):
+            self.body[n:], self.vertex[n:] = mortar.body, mortar.surface.vertices
         self.unknown = np.full((len(self.X), 2), -1, np.int64)
         self._sources = [_owned(system, nonmortar, 0)]
         if isinstance(mortar, BodySide):

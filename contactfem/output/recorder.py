@@ -21,11 +21,12 @@ from contactfem.output.gather import body_pictures, heat_pictures, interface_tab
 from contactfem.results.data import Failure, MeshErrors, RunResult, StepReport
 
 if TYPE_CHECKING:
+    from contactfem.audit.look import AuditState
     from contactfem.output.field_file import FieldFile
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
     from contactfem.output.figures.painter import Painter
-    from contactfem.output.tables import OutputWriter
     from contactfem.output.terminal import Reporter
+    from contactfem.output.writer import OutputWriter
 
 
 class Recorder:
@@ -77,8 +78,8 @@ class Recorder:
         with timers.book("output"):
             if comm.rank == 0:
                 from contactfem.check.check import account
-                from contactfem.output.tables import OutputWriter
                 from contactfem.output.terminal import Reporter
+                from contactfem.output.writer import OutputWriter
 
                 draw = None
                 if case.output.figures:
@@ -210,6 +211,21 @@ class Recorder:
         """Say what is doubtful though the run goes on."""
         if self._voice is not None:
             self._voice.say(f"WARNING: {text}")
+
+    def state(self, state: AuditState | None) -> None:
+        """Write the last accepted state, on the first rank, to be looked at again.
+
+        Args:
+            state: The state; None where there is none.
+
+        Raises:
+            WriteError: That cannot be done.
+        """
+        if self._out is not None and state is not None:
+            from contactfem.audit.files import write_state
+
+            with self._timers.book("output"), self._writing():
+                write_state(self._out, state)
 
     def finish(self, result: RunResult) -> None:
         """Write the end of the run, on the first rank.

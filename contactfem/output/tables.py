@@ -1,4 +1,4 @@
-"""Tables and summary of a run as files."""
+"""Tables of a run as CSV, and its summary, written and read."""
 
 from __future__ import annotations
 
@@ -6,30 +6,26 @@ import csv
 import io
 import json
 import math
-import os
 import platform
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import contactfem
-from contactfem.check.check import Account
-from contactfem.checkpoint.format import NAME, PREVIOUS
+from contactfem.checkpoint.format import NAME
 from contactfem.errors import CaseError
 from contactfem.results.data import (
     ErrorStep,
-    Failure,
     InterfaceTable,
     RunResult,
     Status,
     StepReport,
 )
 from contactfem.results.error_measures import uniform_costs
-from contactfem.results.expectations import Verdict, judge
-from contactfem.results.measures import floor_seconds, measure
+from contactfem.results.expectations import Verdict
+from contactfem.results.measures import floor_seconds
 
 if TYPE_CHECKING:
     from contactfem.case.schema import Case
@@ -76,27 +72,7 @@ SURFACE_HEAT_COLUMNS = {
     "flux": "heat_flux [W/m^2]",
     "dissipation": "dissipation [W/m^2]",
 }
-UNKNOWN = Account()
 POSITIONS = ("X [m]", "Y [m]", "x [m]", "y [m]")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there as a whole or not at all.
-
-    Args:
-        path: the file; what was there before is replaced.
-        text: its content.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
-    draft = path.with_name(f".{path.name}.part")
-    try:
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, path)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise
 
 
 def _cell(value: object) -> str:
@@ -145,6 +121,69 @@ def mortar_csv(table: InterfaceTable) -> str:
     columns = (*table.mortar_x.T, table.mortar_pressure)
     rows = zip(*([float(value) for value in column] for column in columns), strict=True)
     return _csv(("x [m]", "y [m]", "pressure [Pa]"), rows)
+
+
+def _error_cells(errors: ErrorStep) -> list[object]:
+    """Indicated errors of a step, empty where there is none, and cells of all meshes."""
+    found = (errors.mechanics, errors.heat, errors.time)
+    return [
+        *("" if eta is None else eta for eta in found),
+        sum(errors.cells.values()),
+        sum(errors.thermal_cells.values()),
+    ]
+
+
+def history_csv(case: Case, reports: Iterable[StepReport]) -> str:
+    """Table of the accepted steps, a row each.
+
+    Args:
+        case: the case, which tells the columns.
+        reports: the steps.
+
+    Returns:
+        The text of the file, its header with units.
+    """
+    return _csv(_history_header(case), (_history_cells(case, report) for report in reports))
+
+
+def history_row(case: Case, report: StepReport) -> str:
+    """Row of one accepted step.
+
+    Args:
+        case: the case, which tells the columns.
+        report: the step.
+
+    Returns:
+        The line to add to the file.
+    """
+    return ",".join(map(_cell, _history_cells(case, report))) + "\n"
+
+
+def _history_header(case: Case) -> list[str]:
+    force, energy = case.force_unit, case.force_unit.replace("N", "J")
+    columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
+    header = [*columns.values(), "residual"]
+    for name in case.interfaces:
+        header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
+        header.append(f"{name}.moment_defect")
+    if case.heat is not None:
+        header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
+        power = force.replace("N", "W")
+        header += [f"{name}.heat_flow [{power}]" for name in case.interfaces]
+    return header + list(ERROR_COLUMNS if case.adaptivity is not None else ())
+
+
+def _history_cells(case: Case, report: StepReport) -> list[object]:
+    row = [getattr(report, name) for name in STEP_COLUMNS]
+    row.append(report.residuals[-1] if report.residuals else math.nan)
+    for name in case.interfaces:
+        forces = report.forces.get(name, (0.0, 0.0))
+        row += [*forces, report.moment_defects.get(name, 0.0)]
+    if report.heat is not None:
+        heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
+        row += [heat[name] for name in HEAT_COLUMNS]
+        row += [report.heat.flow[name] for name in case.interfaces]
+    return row + (_error_cells(report.errors) if report.errors is not None else [])
 
 
 def versions() -> dict[str, str]:
@@ -209,149 +248,48 @@ def summarise(
     }
 
 
-def _error_cells(errors: ErrorStep) -> list[object]:
-    """Indicated errors of a step, empty where there is none, and cells of all meshes."""
-    found = (errors.mechanics, errors.heat, errors.time)
-    return [
-        *("" if eta is None else eta for eta in found),
-        sum(errors.cells.values()),
-        sum(errors.thermal_cells.values()),
-    ]
+def summary_json(summary: Mapping[str, Any]) -> str:
+    """Text of summary.json; null stands for a number that is not finite.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        The text of the file.
+    """
+    return json.dumps(_plain(summary), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-class OutputWriter:
-    """Writes the files of one run; made and called on rank 0 only."""
+def read_summary(directory: Path) -> dict[str, Any]:
+    """Read the summary of a finished run.
 
-    def __init__(
-        self,
-        directory: Path,
-        case: Case,
-        command: str,
-        account: Account = UNKNOWN,
-        steps: Sequence[StepReport] | None = None,
-        draw: Callable[[RunResult, Path], object] | None = None,
-    ) -> None:
-        """Make the directory and clear it of what an earlier run would leave to confuse.
+    Args:
+        directory: directory of the run, or its summary.json.
 
-        Args:
-            directory: where the files go; made if it is missing.
-            case: the case that is run.
-            command: the command that repeats the run.
-            account: what the case says, for the summary.
-            steps: those that a resumed run has behind it, after which its history goes on; None for
-                a new run.
-            draw: who draws the pictures of a result into a folder; this process without.
+    Returns:
+        What `output.summarise` collected; numbers that were not finite are None.
 
-        Raises:
-            CaseError: if the directory cannot be made or written to.
-        """
-        self.directory = Path(directory)
-        self.case = case
-        self.command = command
-        self.account = account
-        self.draw = draw
-        self.failures: list[Failure] = []
-        try:
-            (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
-            for stale in self._stale(resumed=steps is not None):
-                stale.unlink()
-            rows = map(self._row, steps or ())
-            write_whole(self.directory / HISTORY, _csv(self._header(), rows))
-        except OSError as error:
-            raise CaseError(f"{directory}: cannot be written to: {error.strerror}") from None
+    Raises:
+        CaseError: if there is no such run, it has not finished, or the file is not one of ours.
+    """
+    path = Path(directory)
+    path = path if path.name == SUMMARY else path / SUMMARY
+    if not path.parent.is_dir():
+        raise CaseError(f"{directory}: no such directory; a run makes it: contactfem run CASE")
+    if not path.is_file():
+        hint = f"; 'contactfem resume {path.parent}' goes on with it"
+        hint = hint if (path.parent / NAME).is_file() else ""
+        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none{hint}")
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
+    except (ValueError, TypeError) as error:
+        raise CaseError(f"{path}: not a summary of a run: {error}") from None
+    if wrong:
+        raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
+    return dict(summary)
 
-    def _stale(self, resumed: bool) -> Iterator[Path]:
-        """Files of an earlier run that this one will not write again, or not before its end."""
-        for pattern in (SUMMARY, "interface_*.csv", f"{FIGURES}/*.png"):
-            for path in self.directory.glob(pattern):
-                if not (resumed and "_t=" in path.name):
-                    yield path
-        for name in () if resumed else (NAME, PREVIOUS):
-            yield from self.directory.glob(name)
 
-    def _header(self) -> list[str]:
-        force, energy = self.case.force_unit, self.case.force_unit.replace("N", "J")
-        columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
-        header = [*columns.values(), "residual"]
-        for name in self.case.interfaces:
-            header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
-            header.append(f"{name}.moment_defect")
-        if self.case.heat is not None:
-            header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
-            power = force.replace("N", "W")
-            header += [f"{name}.heat_flow [{power}]" for name in self.case.interfaces]
-        return header + list(ERROR_COLUMNS if self.case.adaptivity is not None else ())
-
-    def _row(self, report: StepReport) -> list[object]:
-        row = [getattr(report, name) for name in STEP_COLUMNS]
-        row.append(report.residuals[-1] if report.residuals else math.nan)
-        for name in self.case.interfaces:
-            forces = report.forces.get(name, (0.0, 0.0))
-            row += [*forces, report.moment_defects.get(name, 0.0)]
-        if report.heat is not None:
-            heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
-            row += [heat[name] for name in HEAT_COLUMNS]
-            row += [report.heat.flow[name] for name in self.case.interfaces]
-        return row + (_error_cells(report.errors) if report.errors is not None else [])
-
-    def step(self, report: StepReport) -> None:
-        """Add the row of an accepted step to the history, at once, so that it can be followed.
-
-        Args:
-            report: the step.
-        """
-        with (self.directory / HISTORY).open("a", encoding="utf-8") as file:
-            file.write(",".join(map(_cell, self._row(report))) + "\n")
-
-    def failure(self, failure: Failure) -> None:
-        """Keep a step that failed, for the summary.
-
-        Args:
-            failure: the step.
-        """
-        self.failures.append(failure)
-
-    def interfaces(self, tables: Iterable[InterfaceTable], t: float | None = None) -> None:
-        """Write the nodes of the interfaces.
-
-        Args:
-            tables: the interfaces.
-            t: time to put into the file names, none at the end of the run [s].
-        """
-        suffix = "" if t is None else f"_t={t:.6g}"
-        for table in tables:
-            stem = f"interface_{table.name}"
-            write_whole(self.directory / f"{stem}{suffix}.csv", interface_csv(table))
-            if len(table.mortar_pressure):
-                write_whole(self.directory / f"{stem}_mortar{suffix}.csv", mortar_csv(table))
-
-    def finish(self, result: RunResult) -> list[Verdict]:
-        """Write the end of the run, converged or not: interfaces, figures and, last, the summary.
-
-        The time this takes is added to the phases "output" and "total" of the summary.
-
-        Args:
-            result: the run.
-
-        Returns:
-            The verdicts on what the case expects.
-        """
-        start = time.perf_counter()
-        self.interfaces(result.interfaces)
-        values = measure(result)
-        verdicts = judge(result.case, values)
-        if self.case.output.figures:
-            from contactfem.output.figures.all_figures import draw_all
-
-            (self.draw or draw_all)(result, self.directory / FIGURES)
-        summary = summarise(result, values, verdicts, self.command) | asdict(self.account)
-        summary["failures"] = [asdict(failure) for failure in self.failures]
-        spent = time.perf_counter() - start
-        for phase in ("output", "total"):
-            summary["timings"] = {
-                **summary["timings"],
-                phase: summary["timings"].get(phase, 0.0) + spent,
-            }
-        text = json.dumps(_plain(summary), indent=1, allow_nan=False, ensure_ascii=False)
-        write_whole(self.directory / SUMMARY, text + "\n")
-        return verdicts
+def number(value: float | None) -> float:
+    """A number of a summary, where None stands for what is not finite."""
+    return math.nan if value is None else float(value)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TextIO
 
+from contactfem.common.text import percent
 from contactfem.common.unit_display import engineering
 from contactfem.results.data import Observables, StepReport
 
@@ -51,7 +52,7 @@ def _errors(report: StepReport) -> str:
     if report.errors is None:
         return ""
     found = {name: getattr(report.errors, name) for name in ("mechanics", "heat", "time")}
-    parts = [f"{name} {100.0 * eta:.2g} %" for name, eta in found.items() if eta is not None]
+    parts = [f"{name} {percent(eta, 2)}" for name, eta in found.items() if eta is not None]
     again = f"  taken {report.errors.repeats + 1} times" if report.errors.repeats else ""
     return (f"  errors: {', '.join(parts)}" if parts else "") + again
 

@@ -302,6 +302,7 @@ class RunResult:
         sizes: numbers of unknowns, cells, nodes, ranks, by name.
         converged: whether the end time was reached.
         message: why it was not, else empty.
+        wrong: whether that is a state that cannot be, rather than none found.
         warnings: what to doubt about accepted steps.
         first_meshes: meshes that were replaced first, by problem and body; empty without new ones.
         last_meshes: meshes at the end with their errors; empty without adaptivity.
@@ -321,3 +322,4 @@ class RunResult:
     heat: tuple[BodyPicture, ...] = ()
     first_meshes: tuple[MeshErrors, ...] = ()
     last_meshes: tuple[MeshErrors, ...] = ()
+    wrong: bool = False

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from contactfem.errors import CaseError, one_line
+from contactfem.common.text import one_line, similar
+from contactfem.errors import CaseError
 from contactfem.results.measures import measurable, measure
 
 if TYPE_CHECKING:
@@ -54,9 +54,9 @@ def check_names(case: Case) -> None:
         named.append(("study", case.study.error or case.study.quantity or ""))
     for table, key in named:
         if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            hint = f"; did you mean '{near[0]}'?" if near else ""
-            raise CaseError(f"{case.path}: {table}: nothing measures '{one_line(key)}'{hint}")
+            raise CaseError(
+                f"{case.path}: {table}: nothing measures '{one_line(key)}'{similar(key, known)}"
+            )
 
 
 def _bounds(expectation: Expectation) -> tuple[float, float]:

@@ -13,9 +13,9 @@ from contactfem.case.schema import Case
 from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import Checkpoint, Origin
 from contactfem.checkpoint.state_io import meshes
+from contactfem.common.text import about
 from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import discretise
-from contactfem.errors import about
 from contactfem.fem.form_cache import compiling
 from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
 from contactfem.output.recorder import Recorder
@@ -104,5 +104,8 @@ def _run(
             if loop.adaptation is not None:
                 first, present = loop.adaptation.first_meshes, loop.adaptation.last_meshes
                 result = replace(result, first_meshes=first, last_meshes=present)
+            result = replace(result, wrong=loop.wrong)
+            if loop.verification is not None:
+                recorder.state(loop.verification.last)
             recorder.finish(result)
     return result

@@ -9,8 +9,7 @@ from contactfem.case.read import case_of
 from contactfem.case.schema import Case
 from contactfem.checkpoint.format import NAME, Checkpoint, read_checkpoint
 from contactfem.errors import CaseError, CheckpointError
-from contactfem.output.report.report import read_summary
-from contactfem.output.tables import SUMMARY
+from contactfem.output.tables import SUMMARY, read_summary
 from contactfem.results.expectations import check_names
 
 # Keys that say how a case is solved, written and judged, not what is solved or kept in a state

@@ -37,6 +37,7 @@ from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 if TYPE_CHECKING:
     from contactfem.adaptivity.adaptation import Adaptation
+    from contactfem.run.inspection import Verification
     from contactfem.thermomechanics.staggered import HeatOutcome
     from contactfem.thermomechanics.thermal_problem import Thermal
 
@@ -88,6 +89,8 @@ class Loop:
         self.stops = stops(case)
         self.alone = self._alone()
         self.cautious = start.cautious
+        self.verification = _verification(case, discretisation.heat, self.ramp_end)
+        self.wrong = False
 
     def _alone(self) -> frozenset[int]:
         """Interfaces of which only contact holds a body."""
@@ -120,41 +123,96 @@ class Loop:
         """Go to the end; an empty string, or why it was not reached."""
         while self.state.t < self.case.time.end * (1.0 - 1e-12):
             self._keep(self.keeper.visit)
-            begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
-            while True:
-                step = clipped(self.state.t, self.dt, self.stops)
-                solved, heat = self._attempt(self.state.t + step)
-                decision = after_failure(step, cutbacks, self.limits)
-                if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
-                    verdict = self._judge(heat, self.state.t + step)
-                    if isinstance(verdict, Advance):
-                        break
-                    self.dt, self.easy = self._again(verdict, self.dt), []
-                    continue
-                self.state.restore(self.discretisation)
-                if not solved.converged and self._renewed():
-                    continue
-                reason = solved.doubt or self._why(solved)
-                if isinstance(decision, GiveUp):
-                    self.dt, self.easy, self.cautious = first  # other limits may do
-                    self._keep(self.keeper.write)
-                    return (
-                        f"{self.case.path}: no equilibrium found at t = {self.state.t + step:g} s: "
-                        f"{reason}; {decision.reason}. The last good state, "
-                        f"t = {self.state.t:g} s, is written{self.keeper.hint}"
-                    )
-                self.recorder.failure(self.state.t + step, reason, decision.dt)
-                self.cautious = not self.cautious  # what did not work once, or does not any more
-                self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
-            if solved.doubt:
-                self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
-            wall = time.perf_counter() - begun
-            report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
-            if self.solver is not self.reusing:
-                self._use(self.reusing)
-            self._choose_step(report, verdict.dt)
+            if why := self._step():
+                return why
         self._keep(self.keeper.finish)
         return ""
+
+    def _step(self) -> str:
+        """Take one step, cut as often as it must be; an empty string, or why there is none."""
+        begun, cutbacks, first = time.perf_counter(), 0, (self.dt, self.easy, self.cautious)
+        while True:
+            step = clipped(self.state.t, self.dt, self.stops)
+            solved, heat = self._attempt(self.state.t + step)
+            decision = after_failure(step, cutbacks, self.limits)
+            if solved.converged and (not solved.doubt or isinstance(decision, GiveUp)):
+                verdict = self._judge(heat, self.state.t + step)
+                if not isinstance(verdict, Advance):
+                    self.dt, self.easy = self._again(verdict, self.dt), []
+                    continue
+                solved, decision = self._looked_at(solved, self.state.t + step, decision)
+                if solved.converged:
+                    break
+            self.state.restore(self.discretisation)
+            if not solved.converged and not self.wrong and self._renewed():
+                continue
+            reason = solved.doubt or self._why(solved)
+            if isinstance(decision, GiveUp):
+                self.dt, self.easy, self.cautious = first  # other limits may do
+                self._keep(self.keeper.write)
+                return self._ending(self.state.t + step, reason, decision)
+            self.recorder.failure(self.state.t + step, reason, decision.dt)
+            self.cautious = not self.cautious  # what did not work once, or does not any more
+            self.dt, cutbacks, self.easy = decision.dt, cutbacks + 1, []
+        if solved.doubt:
+            self._warn(f"step to t = {self.state.t + step:g} s: {solved.doubt}")
+        wall = time.perf_counter() - begun
+        report = self._accept(step, solved, heat, cutbacks, wall, verdict.errors)
+        if self.solver is not self.reusing:
+            self._use(self.reusing)
+        self._choose_step(report, verdict.dt)
+        return self._heat_looked_at(report)
+
+    def _ending(self, t: float, reason: str, decision: GiveUp) -> str:
+        """Why the run ends before a time [s]."""
+        what = "the state is not accepted" if self.wrong else f"no equilibrium found at t = {t:g} s"
+        why = f"{reason}; {decision.reason}" if decision.reason else reason
+        return (
+            f"{self.case.path}: {what}: {why}. The last good state, t = {self.state.t:g} s, is "
+            f"written{self.keeper.hint}"
+        )
+
+    def _looked_at(
+        self, solved: SolveReport, t: float, decision: RepeatStep | GiveUp
+    ) -> tuple[SolveReport, RepeatStep | GiveUp]:
+        """The same report, or a failure where the state found cannot be; collective.
+
+        Args:
+            solved: How the step was solved.
+            t: Time at its end [s].
+            decision: What would become of it if it had failed.
+
+        Returns:
+            How it was solved, and what becomes of it if that is a failure.
+        """
+        self.wrong = False
+        if self.verification is None or self.solver is None:
+            return solved, decision
+        found = self.verification.look(t, self.discretisation, self.solver)
+        if not found.breaches or self.case.solver.verify == "warn":
+            if found.breaches and self.verification.new(found):
+                self._warn(str(found))
+            self.verification.accepted()
+            return solved, decision
+        self.wrong = True
+        if not self.verification.shorter_helps:
+            decision = GiveUp("")
+        return replace(solved, converged=False, doubt="", reason=str(found)), decision
+
+    def _heat_looked_at(self, report: StepReport) -> str:
+        """Why the run ends after a step with heat that cannot be, else empty; collective."""
+        if self.verification is None or report.heat is None:
+            return ""
+        found = self.verification.of_heat(report.heat, report.t, report.dt)
+        if not found.breaches:
+            return ""
+        if self.case.solver.verify == "warn":
+            if self.verification.new(found):
+                self._warn(str(found))
+            return ""
+        self.wrong = True
+        self._keep(self.keeper.write)
+        return self._ending(report.t, str(found), GiveUp(""))
 
     def _choose_step(self, report: StepReport, wanted: float | None) -> None:
         """Length of the next step: what its error wants, or else what Newton's method bears."""
@@ -252,6 +310,8 @@ class Loop:
 
     def _why(self, solved: SolveReport) -> str:
         """Why a solve failed: what the solver says, and what the contact status says."""
+        if self.wrong:
+            return solved.reason
         held = {self.discretisation.interfaces[k].name for k in self.alone}
         history = self.solver.history if self.solver is not None else []
         status = explain(self.discretisation.interfaces, history, held)
@@ -264,6 +324,8 @@ class Loop:
         return not bodies.isdisjoint(self.discretisation.unrestrained)
 
     def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
+        """Solve a step to a time [s]; collective."""
+        self.wrong = False
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
@@ -353,6 +415,15 @@ class Loop:
         self.reports.append(report)
         self._record(report)
         return report
+
+
+def _verification(case: Case, thermal: Thermal | None, ramp_end: float) -> Verification | None:
+    """What looks at accepted states, only imported where the case does not decline it."""
+    if not case.solver.verify:
+        return None
+    from contactfem.run.inspection import Verification
+
+    return Verification(case, thermal, ramp_end)
 
 
 def _adaptation(

@@ -58,6 +58,20 @@ class ConstrainedDofs:
         self._system.comm.Allreduce(MPI.IN_PLACE, result)
         return result
 
+    def supports(self, residual: Floats) -> Floats:
+        """Sum of the groups' residuals by body and component [N/m], (bodies, axes).
+
+        Args:
+            residual: Of the groups [N/m], (g,).
+        """
+        system = self._system
+        total = np.zeros((len(system.bodies), system.bodies[0].mesh.mesh.geometry.dim))
+        motion = np.argmax(self.motions, axis=0) if self.motions.size else np.empty(0, np.int64)
+        for value, k in zip(residual, motion, strict=True):
+            p = system.prescribed[k]
+            total[p.body, p.component] += value
+        return total
+
 
 def _all_groups(comm: MPI.Comm, columns: Bools) -> Bools:
     """Different columns of all ranks, (motions, g); collective."""

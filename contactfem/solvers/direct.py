@@ -67,6 +67,10 @@ class Direct:
         """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
         return self.system.reactions(self.parts)
 
+    def supports(self) -> Floats:
+        """What prescribed motions exert on each body [N/m], (bodies, axes); collective."""
+        return self.system.supports(self.parts)
+
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """Operator of the next linear system, the tangent over the damping; collective.
 

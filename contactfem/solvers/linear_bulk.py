@@ -77,6 +77,10 @@ class LinearBulk(InterfaceSolver):
         """As those of `Direct`."""
         return [float(v) for v in self._held.motions @ self._reactions]
 
+    def supports(self) -> Floats:
+        """As those of `Direct`."""
+        return self._held.supports(self._reactions)
+
     def linearise(self, at: Iterate) -> PETSc.Mat:
         """As that of `Direct`, on the interfaces."""
         if not self._factorised:

@@ -264,8 +264,32 @@ class NewtonSolver:
         return result
 
     def reactions(self) -> list[float]:
-        """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
-        return self.linear.reactions()
+        """Resultant of every prescribed motion on its body at the last state [N/m]; collective.
+
+        Contact forces on prescribed nodes are carried by their support as well.
+        """
+        result = self.linear.reactions()
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes, force = interface.nodes, c.nodal_forces()
+            for k, p in enumerate(self.system.prescribed):
+                at = (nodes.body == p.body) & np.isin(nodes.vertex, p.vertices)
+                result[k] += float(force[at, p.component].sum())
+        return result
+
+    def supports(self) -> Floats:
+        """What prescribed motions exert on each body [N/m], (bodies, axes); collective."""
+        result = self.linear.supports()
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes = interface.nodes
+            carried = np.where(nodes.unknown < 0, c.nodal_forces(), 0.0)
+            at = nodes.body >= 0
+            np.add.at(result, nodes.body[at], carried[at])
+        return result
+
+    @property
+    def round_off(self) -> float:
+        """Force that round-off may leave over in a body [N/m]."""
+        return float(STALLED * self._stiffness * np.sqrt(self.system.numbering.n_global))
 
     def positions(self) -> list[Floats]:
         """Current positions of the nodes of every interface [m]; collective."""

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from contactfem.errors import CaseError, ExitCode
-from contactfem.output.report.report import read_summary
-from contactfem.output.tables import SUMMARY
+from contactfem.output.tables import SUMMARY, read_summary
 from contactfem.study.runs import Member
 
 QUIET = ("output.fields=false", "output.figures=false", "expect=false")

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
 from contactfem.case.settings import Study as StudyTable
+from contactfem.common.files import write_whole
 from contactfem.errors import CaseError, ExitCode
-from contactfem.output.tables import versions, write_whole
+from contactfem.output.tables import versions
 from contactfem.results.expectations import check_names
 from contactfem.results.measures import measurable
 from contactfem.study.process import Outcome, command_of, run_member

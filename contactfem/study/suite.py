@@ -14,8 +14,9 @@ from mpi4py import MPI
 
 from contactfem.case.read import read_case
 from contactfem.case.schema import Case
+from contactfem.common.files import write_whole
+from contactfem.common.text import report_table
 from contactfem.errors import CaseError, ContactfemError, ExitCode
-from contactfem.output.tables import write_whole
 from contactfem.results.expectations import Verdict, check_names, judge, measure
 from contactfem.run.driver import run_case
 
@@ -175,15 +176,13 @@ def report_folder(folder: Path, out: Path, console: Console | None = None) -> in
     """
     from rich.console import Console
 
-    from contactfem.common.report_table import new_table
-
     console = Console() if console is None else console
     found: list[Row] = []
     with console.status("") as status:
         for row in rows(folder):
             found.append(row)
             status.update(f"{len(found)} run, last {row.case}")
-    table = new_table(str(folder), *COLUMNS)
+    table = report_table(str(folder), *COLUMNS)
     for row in found:
         color = "green" if row.passed else "bold red"
         table.add_row(*row.cells()[:-1], f"[{color}]{row.cells()[-1]}[/]")

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.report_table import new_table
+from contactfem.common.text import report_table
 from contactfem.study.convergence_orders import observed_orders, relative_distance, slope
 from contactfem.study.process import Outcome
 from contactfem.study.runs import Member
@@ -189,7 +189,7 @@ def json_ready(target: Target, rows: Sequence[Row], about: Mapping[str, Any]) ->
 
 def run_table(title: str, target: Target, rows: Sequence[Row]) -> Table:
     """Table to print, a row per run."""
-    table = new_table(f"{title}: {target.words()}", *SHOWN)
+    table = report_table(f"{title}: {target.words()}", *SHOWN)
     for row in rows:
         out = row.outcome
         name = row.member.curve.label or "case"
@@ -209,7 +209,7 @@ def run_table(title: str, target: Target, rows: Sequence[Row]) -> Table:
 
 def slope_table(rows: Sequence[Row]) -> Table:
     """Table of how the error falls along each curve."""
-    table = new_table("The error falls with", "run", "order", "unknowns^", "seconds^")
+    table = report_table("The error falls with", "run", "order", "unknowns^", "seconds^")
     for label, some in by_curve(rows).items():
         cells = vars(slopes_of(some)).values()
         table.add_row(label or "case", *("" if math.isnan(x) else f"{x:.2f}" for x in cells))

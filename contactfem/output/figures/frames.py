@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contactfem.common.files import whole_file
 from contactfem.results.data import BodyPicture
 
 FOLDER = "snapshots"
@@ -53,10 +54,8 @@ def write_snapshot(folder: Path, number: int, snapshot: Snapshot) -> Path:
                 arrays[f"{start}/field/{name}"] = values.astype(np.float32)
     path = folder / FOLDER / f"{number:04d}.npz"
     path.parent.mkdir(exist_ok=True)
-    draft = path.with_name(f".{path.name}")
-    with draft.open("wb") as file:
+    with whole_file(path) as draft, draft.open("wb") as file:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-    draft.replace(path)
     return path
 
 

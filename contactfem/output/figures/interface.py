@@ -202,17 +202,17 @@ def draw_interface(result: RunResult, table: InterfaceTable, path: Path) -> Path
     def paint(figure: Figure) -> None:
         from matplotlib.patches import Patch
 
-        top, bottom, *set_temperature = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
+        top, bottom, *heat_axes = stacked(figure, (2.6, 1.0, 1.3)[: 2 + hot])
         _paint_stresses(top, strip, result)
         _paint_motion(bottom, strip)
-        for axes in set_temperature:
+        for axes in heat_axes:
             _paint_heat(axes, strip)
-        for axes in (top, bottom, *set_temperature):
+        for axes in (top, bottom, *heat_axes):
             grid(axes)
             _shade(axes, strip)
         top.axhline(0.0, color="#555555", lw=0.8, zorder=1)
         bottom.set_xlim(*strip.window)
-        (bottom, *set_temperature)[-1].set_xlabel(strip.label)
+        (bottom, *heat_axes)[-1].set_xlabel(strip.label)
         top.set_title(f"Interface {table.name}")
         handles, _ = top.get_legend_handles_labels()
         handles += [Patch(color=STICK_SHADE, label="stick" if has_friction else "contact")]

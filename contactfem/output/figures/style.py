@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from contactfem.common.files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,9 +90,8 @@ def draw(path: Path, frame: Frame, paint: Callable[[Figure], None]) -> Path:
             top=1.0 - frame.top / tall,
         )
         paint(figure)
-        draft = path.with_name(f".{path.name}.part")
-        figure.savefig(draft, format="png", pil_kwargs={"compress_level": 3})
-    os.replace(draft, path)
+        with whole_file(path) as draft:
+            figure.savefig(draft, format="png", pil_kwargs={"compress_level": 3})
     return path
 
 

@@ -1,30 +1,33 @@
-"""A run as one self-contained HTML page."""
+"""One self-contained HTML page about a run, from jinja2 templates."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from contactfem.common.files import write_whole
 from contactfem.common.unit_display import engineering
-from contactfem.output.report.html_markup import NONE, Markup, element, folded, join, section, table
-from contactfem.output.report.html_steps import decisions, steps_section
-from contactfem.output.report.html_style import STYLE
+from contactfem.output.report.adaptivity import uniform_rows
+from contactfem.output.report.html_steps import decisions, steps_table
 from contactfem.output.report.report import (
     allowed_text,
     cost_rows,
     heat_rows,
-    number,
-    read_summary,
     ringing_steps,
     share_of_floor,
 )
-from contactfem.output.tables import FIGURES, write_whole
+from contactfem.output.tables import FIGURES, number, read_summary
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 PAGE = "report.html"
 ORDER = ("interface", "stress", "temperature", "heat", "history")  # of figures; the rest follow
+BAR = 8.0  # length of the longest bar [rem]
 Summary = Mapping[str, Any]
+Content = dict[str, Any]  # what the template shows, by the names it uses
 
 
 def write_page(directory: Path) -> Path:
@@ -41,9 +44,9 @@ def write_page(directory: Path) -> Path:
         OSError: if it cannot be written.
     """
     summary = read_summary(directory)
-    figures = {path.stem: path.read_bytes() for path in (directory / FIGURES).glob("*.png")}
+    pictures = sorted((directory / FIGURES).glob("[!.]*.png"))
     path = directory / PAGE
-    write_whole(path, page(summary, figures))
+    write_whole(path, page(summary, {picture.stem: picture.read_bytes() for picture in pictures}))
     return path
 
 
@@ -55,39 +58,59 @@ def page(summary: Summary, figures: Mapping[str, bytes]) -> str:
         figures: PNG pictures by name.
 
     Returns:
-        The text of the page.
+        The text of the page; all text of the case and the run is escaped in it.
     """
-    head = (
-        Markup('<meta charset="utf-8">'),
-        Markup('<meta name="viewport" content="width=device-width, initial-scale=1">'),
-        element("title", NONE, summary["title"]),
-        element("style", NONE, Markup(STYLE)),
+    content = {
+        **_top(summary),
+        "scene": summary.get("scene", ()),
+        "references": summary.get("references", ()),
+        "verdicts": _verdicts(summary),
+        "figures": _figures(figures),
+        **steps_table(summary),
+        "reactions": _reactions(summary),
+        **_heat(summary),
+        "decisions": decisions(summary),
+        "uniform": uniform_rows(summary),
+        "cost": _cost(summary),
+        **_numbers(summary),
+        "command": summary["command"],
+        "versions": ", ".join(f"{name} {text}" for name, text in summary["versions"].items()),
+    }
+    return environment().get_template("page.html").render(content).lstrip()
+
+
+def environment() -> Environment:
+    """Templates of the report: text is escaped, and a name that is not given is an error."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("contactfem.output.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_printable,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    body = (
-        _top(summary),
-        section("scene", "What it models", _scene(summary)),
-        section("verdicts", "Expected and found", _verdicts(summary)),
-        section("figures", "Figures", _figures(figures)),
-        section("steps", "Steps and their convergence", steps_section(summary)),
-        section("heat", "Where the heat came from", _heat(summary)),
-        section("decisions", "Decisions taken", decisions(summary)),
-        section("cost", "Cost", _cost(summary)),
-        section("numbers", "All numbers", _numbers(summary)),
-        section("repeat", "How to repeat it", _repeat(summary)),
-    )
-    parts = (element("head", NONE, *head), element("body", NONE, *body), Markup("\n"))
-    return "<!doctype html>\n" + element("html", {"lang": "en"}, *parts)
 
 
-def _mark(text: str, good: bool, kind: str = "") -> Markup:
-    return element("span", {"class": f"{kind} {'good' if good else 'bad'}".strip()}, text)
+def _printable(value: object) -> object:
+    """Show control characters, which HTML forbids, by their codes; templates' own text is kept."""
+    if type(value) is not str:
+        return value
+    return "".join(c if c.isprintable() or c in "\n\t" else _code(c) for c in value)
 
 
-def _top(summary: Summary) -> Markup:
-    """Title, what became of the run, and the numbers that everyone asks for first."""
+def _code(character: str) -> str:
+    if character.isspace():
+        return " "
+    return character.encode("unicode_escape").decode()
+
+
+def _top(summary: Summary) -> Content:
+    """Title, how the run ended, and its most important numbers."""
     verdicts, steps = summary["verdicts"], summary["steps"]
-    held = sum(bool(verdict["passed"]) for verdict in verdicts)
-    said = f"{held} of {len(verdicts)} expectations held" if verdicts else "nothing was expected"
+    met = sum(bool(verdict["passed"]) for verdict in verdicts)
+    said = f"{met} of {len(verdicts)} expectations met" if verdicts else "nothing was expected"
     ended = "reached its end" if summary["converged"] else "stopped early"
     facts = {
         "reached": engineering(steps[-1]["t"] if steps else 0.0, "s", 4),
@@ -97,61 +120,37 @@ def _top(summary: Summary) -> Markup:
         "seconds": f"{number(summary['timings'].get('total')):.4g}",
     }
     facts |= {name.replace("_", " "): str(value) for name, value in summary["sizes"].items()}
-    boxes = [
-        element("div", NONE, element("dt", NONE, name), element("dd", NONE, value))
-        for name, value in facts.items()
+    return {
+        "title": summary["title"],
+        "passed": bool(summary["passed"]),
+        "ending": f"{ended}, {said}",
+        "message": summary["message"],
+        "warnings": summary.get("warnings", ()),
+        "facts": list(facts.items()),
+    }
+
+
+def _verdicts(summary: Summary) -> list[Content]:
+    return [
+        {
+            "name": verdict["key"],
+            "found": engineering(number(verdict["value"]), verdict["unit"], 7),
+            "allowed": allowed_text(verdict["low"], verdict["high"], verdict["unit"]),
+            "passed": bool(verdict["passed"]),
+        }
+        for verdict in summary["verdicts"]
     ]
-    parts = [
-        element("h1", NONE, summary["title"]),
-        _mark("passed" if summary["passed"] else "not passed", summary["passed"], "verdict"),
-        element("span", {"class": "soft"}, f"  {ended}, {said}"),
+
+
+def _figures(figures: Mapping[str, bytes]) -> list[Content]:
+    return [
+        {
+            "name": name.replace("_", " "),
+            "kind": "png",
+            "data": base64.b64encode(figures[name]).decode(),
+        }
+        for name in sorted(figures, key=_place)
     ]
-    if summary["message"]:
-        parts.append(element("p", {"class": "stop"}, f"The run stopped: {summary['message']}"))
-    for warning in summary.get("warnings", ()):
-        parts.append(element("p", {"class": "stop doubt"}, f"Warning: {warning}"))
-    return element("header", NONE, *parts, element("dl", {"class": "facts"}, *boxes))
-
-
-def _words(rows: Sequence[tuple[str, str]]) -> Markup:
-    return element("div", {"class": "words"}, table((), rows)) if rows else Markup()
-
-
-def _scene(summary: Summary) -> Markup:
-    references = [element("li", NONE, text) for text in summary.get("references", ())]
-    return join(
-        (
-            _words([(title, text) for title, text in summary.get("scene", ())]),
-            element("ul", {"class": "soft"}, *references) if references else Markup(),
-        )
-    )
-
-
-def _verdicts(summary: Summary) -> Markup:
-    rows = []
-    for verdict in summary["verdicts"]:
-        unit, good = verdict["unit"], bool(verdict["passed"])
-        rows.append(
-            (
-                verdict["key"],
-                engineering(number(verdict["value"]), unit, 7),
-                allowed_text(verdict["low"], verdict["high"], unit),
-                _mark("held" if good else "missed", good),
-            )
-        )
-    return table(("number", "found", "allowed", ""), rows) if rows else Markup()
-
-
-def _figures(figures: Mapping[str, bytes]) -> Markup:
-    if not figures:
-        return Markup()
-    shown = []
-    for name in sorted(figures, key=_place):
-        words = name.replace("_", " ")
-        source = f"data:image/png;base64,{base64.b64encode(figures[name]).decode()}"
-        image = Markup(element("img", {"src": source, "alt": words}).removesuffix("</img>"))
-        shown.append(element("figure", NONE, image, element("figcaption", NONE, words)))
-    return element("div", {"class": "figures"}, *shown)
 
 
 def _place(name: str) -> tuple[int, str]:
@@ -160,56 +159,45 @@ def _place(name: str) -> tuple[int, str]:
     return next(places, len(ORDER)), name
 
 
-def _heat(summary: Summary) -> Markup:
+def _reactions(summary: Summary) -> list[tuple[str, str]]:
+    """Forces at supports and grips at the end of the run."""
+    unit = summary.get("force_unit", "N/m")
+    return [
+        (name, ", ".join(engineering(number(part), unit, 6) for part in force))
+        for name, force in summary.get("reactions", {}).items()
+    ]
+
+
+def _heat(summary: Summary) -> Content:
     unit = summary.get("force_unit", "N/m").replace("N", "J")
-    rows = [(name, engineering(value, unit, 6)) for name, value in heat_rows(summary)]
-    if not rows:
-        return Markup()
     rings = ringing_steps(summary)
-    warning = f"The time scheme rings in {rings} steps; dG(1) would not."
-    return join(
-        (
-            table(("", "since the start"), rows),
-            element("p", {"class": "bad"}, warning) if rings else Markup(),
-        )
-    )
+    return {
+        "heat": [(name, engineering(value, unit, 6)) for name, value in heat_rows(summary)],
+        "rings": f"{rings} step{'s' if rings > 1 else ''}" if rings else "",
+    }
 
 
-def _cost(summary: Summary) -> Markup:
-    longest = max((seconds for _, seconds in cost_rows(summary)), default=0.0) or 1.0
-    rows = [
-        (
-            name.replace("  ", "\u2003"),
-            f"{seconds:.3f}",
-            share_of_floor(seconds, summary),
-            element("span", {"class": "bar", "style": f"width:{8 * seconds / longest:.2f}rem"}),
-        )
-        for name, seconds in cost_rows(summary)
+def _cost(summary: Summary) -> list[Content]:
+    rows = cost_rows(summary)
+    longest = max((seconds for _, seconds in rows), default=0.0) or 1.0
+    return [
+        {
+            "name": name.strip(),
+            "part": name.startswith(" "),
+            "seconds": f"{seconds:.3f}",
+            "share": share_of_floor(name, seconds, summary),
+            "width": BAR * seconds / longest,
+        }
+        for name, seconds in rows
     ]
-    note = "The floor is what assembly, factorisation and solve of the same iterations cost alone."
-    return join(
-        (
-            element("div", {"class": "cost"}, table(("phase", "seconds", "of floor", ""), rows)),
-            element("p", {"class": "soft"}, note),
-        )
-    )
 
 
-def _numbers(summary: Summary) -> Markup:
-    """What was measured, and every value of the case; folded."""
-    measured = [(key, f"{number(value):.8g}") for key, value in summary["values"].items()]
-    resolved = [
-        (key, f"{value}  (default)" if default else value)
-        for key, value, default in summary.get("resolved", ())
-    ]
-    return join(
-        (
-            folded("What was measured, in SI", table((), measured)) if measured else Markup(),
-            folded("Every value of the case, in SI", _words(resolved)) if resolved else Markup(),
-        )
-    )
-
-
-def _repeat(summary: Summary) -> Markup:
-    versions = ", ".join(f"{name} {version}" for name, version in summary["versions"].items())
-    return join((element("pre", NONE, summary["command"]), element("p", NONE, f"With {versions}.")))
+def _numbers(summary: Summary) -> Content:
+    """What was measured, and every value of the case."""
+    resolved: Sequence[tuple[str, str, bool]] = summary.get("resolved", ())
+    return {
+        "measured": [(key, f"{number(value):.8g}") for key, value in summary["values"].items()],
+        "resolved": [
+            (key, f"{value}  (default)" if default else value) for key, value, default in resolved
+        ],
+    }

@@ -1,16 +1,18 @@
-"""Table of steps on the HTML page."""
+"""Steps on the page of a run: convergence, forces, errors, decisions."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from contactfem.common.text import percent
 from contactfem.common.unit_display import engineering, scale_for
-from contactfem.output.report.html_markup import NONE, Markup, curve, element, join, table
-from contactfem.output.report.report import number
+from contactfem.output.tables import number
 
 Step = Mapping[str, Any]
-Column = tuple[str, Callable[[Step], str]]
+WIDTH, HEIGHT, MARGIN = 120, 28, 3  # of a small curve [px]
 
 LOWEST, HIGHEST, LEVEL = 1e-16, 10.0, 1e-10  # of residuals as they are drawn
 # what has a place of its own on the page; all else of a step is told with the decisions
@@ -20,30 +22,72 @@ TOLD = {
 }  # fmt: skip
 
 
-def steps_section(summary: Mapping[str, Any]) -> Markup:
+@dataclass(frozen=True)
+class Curve:
+    """A small curve over its number in the row, on a logarithmic scale.
+
+    Attributes:
+        points: places of the values in the picture [px], as text.
+        level: height of a thin line across, such as a tolerance [px].
+        text: the values, for who cannot see it.
+        width: of the picture [px].
+        height: of the picture [px].
+    """
+
+    points: tuple[tuple[str, str], ...]
+    level: str
+    text: str
+    width: int = WIDTH
+    height: int = HEIGHT
+
+
+Column = tuple[str, Callable[[Step], str | Curve]]
+
+
+def curve(values: Sequence[float | None], low: float, high: float, level: float) -> Curve:
+    """Place the values of a small curve.
+
+    Args:
+        values: what is drawn; what is not positive lies at the bottom.
+        low: value at the bottom, > 0.
+        high: value at the top, > low.
+        level: value of the line across.
+
+    Returns:
+        The curve.
+    """
+    depth = math.log(high / low)
+
+    def y(value: float | None) -> str:
+        inside = min(max(value or low, low), high)
+        return f"{MARGIN + (HEIGHT - 2 * MARGIN) * math.log(high / inside) / depth:.1f}"
+
+    pace = (WIDTH - 2 * MARGIN) / max(len(values) - 1, 1)
+    points = tuple((f"{MARGIN + pace * k:.1f}", y(value)) for k, value in enumerate(values))
+    said = ", ".join("not finite" if value is None else f"{value:.1e}" for value in values)
+    return Curve(points, y(level), said)
+
+
+def steps_table(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Table of all accepted steps.
 
     Args:
         summary: of one run.
 
     Returns:
-        A row per step; empty without steps.
+        Titles of the columns, a row of cells per step, and a note on the curves.
     """
     steps = summary["steps"]
-    if not steps:
-        return Markup()
-    columns = list(_columns(summary))
-    rows = [[show(step) for _, show in columns] for step in steps]
+    columns = list(_columns(summary)) if steps else []
     note = (
-        "The curves are the scaled residual before each Newton iteration and after the last, from "
+        "The curves show the scaled residual before each Newton iteration and after the last, from "
         f"{HIGHEST:g} at the top to {LOWEST:g}; the dashed line is the tolerance."
     )
-    return join(
-        (
-            table([title for title, _ in columns], rows),
-            element("p", {"class": "soft"}, note) if any(s["residuals"] for s in steps) else "",
-        )
-    )
+    return {
+        "columns": [title for title, _ in columns],
+        "steps": [[show(step) for _, show in columns] for step in steps],
+        "curve_note": note if any(step["residuals"] for step in steps) else "",
+    }
 
 
 def _columns(summary: Mapping[str, Any]) -> Iterator[Column]:
@@ -86,7 +130,7 @@ def _errors(steps: Sequence[Step]) -> Iterator[Column]:
 
 
 def _percent(value: float | None) -> str:
-    return "" if value is None else f"{100.0 * value:.3g} %"
+    return "" if value is None else percent(value)
 
 
 def _total(counts: Mapping[str, int] | None) -> str:
@@ -132,20 +176,16 @@ def _numbers(steps: Sequence[Step]) -> list[str]:
     return list(found)
 
 
-def decisions(summary: Mapping[str, Any]) -> Markup:
+def decisions(summary: Mapping[str, Any]) -> list[str]:
     """What the run decided on its way: failed steps, and what steps tell besides numbers.
 
     Args:
         summary: of one run.
 
     Returns:
-        A list by time; empty where nothing had to be decided.
+        Sentences by time; none where nothing had to be decided.
     """
-    items = sorted(_told(summary), key=lambda item: item[0])
-    if not items:
-        return Markup()
-    listed = element("ul", NONE, *(element("li", NONE, text) for _, text in items))
-    return element("div", {"class": "scroll"}, listed)
+    return [text for _, text in sorted(_told(summary), key=lambda item: item[0])]
 
 
 def _told(summary: Mapping[str, Any]) -> Iterator[tuple[float, str]]:

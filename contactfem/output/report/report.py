@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from contactfem.checkpoint.format import NAME
-from contactfem.common.report_table import new_table
+from contactfem.common.text import report_table
 from contactfem.common.unit_display import engineering, scale_for
-from contactfem.errors import CaseError, ExitCode
+from contactfem.errors import ExitCode
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
-from contactfem.output.tables import SUMMARY
+from contactfem.output.tables import number, read_summary
 from contactfem.results.measures import FLOOR_PHASES
 
 if TYPE_CHECKING:
@@ -22,41 +20,6 @@ if TYPE_CHECKING:
 
 SHOWN_STEPS = 40  # of more steps, the first and the last are shown
 OTHER_PHASES = ("import", "mesh", "setup", "jit", "output")
-
-
-def read_summary(directory: Path) -> dict[str, Any]:
-    """Read the summary of a finished run.
-
-    Args:
-        directory: directory of the run, or its summary.json.
-
-    Returns:
-        What `output.summarise` collected; numbers that were not finite are None.
-
-    Raises:
-        CaseError: if there is no such run, it has not finished, or the file is not one of ours.
-    """
-    path = Path(directory)
-    path = path if path.name == SUMMARY else path / SUMMARY
-    if not path.parent.is_dir():
-        raise CaseError(f"{directory}: no such directory; a run makes it: contactfem run CASE")
-    if not path.is_file():
-        hint = f"; 'contactfem resume {path.parent}' goes on with it"
-        hint = hint if (path.parent / NAME).is_file() else ""
-        raise CaseError(f"{directory}: no {SUMMARY}: the run has not finished, or was none{hint}")
-    try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-        wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
-    except (ValueError, TypeError) as error:
-        raise CaseError(f"{path}: not a summary of a run: {error}") from None
-    if wrong:
-        raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
-    return dict(summary)
-
-
-def number(value: float | None) -> float:
-    """A number of a summary, where None stands for what is not finite."""
-    return math.nan if value is None else float(value)
 
 
 def allowed_text(low: float | None, high: float | None, unit: str) -> str:
@@ -88,12 +51,12 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per expectation.
     """
-    table = new_table("Expected", "number", "found", "allowed", "")
+    table = report_table("Expected", "number", "found", "allowed", "")
     for verdict in summary["verdicts"]:
         unit = verdict["unit"]
         found = engineering(number(verdict["value"]), unit, 7)
         allowed = allowed_text(verdict["low"], verdict["high"], unit)
-        mark = "[green]held[/]" if verdict["passed"] else "[bold red]missed[/]"
+        mark = "[green]met[/]" if verdict["passed"] else "[bold red]missed[/]"
         table.add_row(verdict["key"], found, allowed, mark)
     return table
 
@@ -142,7 +105,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     unit = scale_for(largest, summary.get("force_unit", "N/m"))
     forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
     counts = ("iter", "cuts", "residual", "open", "stick", "slip")
-    table = new_table("Steps", "step", "t", *counts, *forces)
+    table = report_table("Steps", "step", "t", *counts, *forces)
     half = SHOWN_STEPS // 2
     shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
     for step in shown:
@@ -206,7 +169,7 @@ def heat_table(summary: Mapping[str, Any]) -> Table:
         A row per source; empty where heat was not solved for.
     """
     unit_name = summary.get("force_unit", "N/m").replace("N", "J")
-    table = new_table("Heat", "", f"since the start [{unit_name}]")
+    table = report_table("Heat", "", f"since the start [{unit_name}]")
     for name, value in heat_rows(summary):
         table.add_row(name, f"{value:.6g}")
     if rings := ringing_steps(summary):
@@ -235,10 +198,20 @@ def cost_rows(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     return [*rows[:floor], ("= floor", summary["floor"]), *rows[floor:]]
 
 
-def share_of_floor(seconds: float, summary: Mapping[str, Any]) -> str:
-    """Seconds in percent of the floor; nothing where the floor is zero."""
+def share_of_floor(name: str, seconds: float, summary: Mapping[str, Any]) -> str:
+    """Seconds of a phase in percent of the floor; nothing where they do not compare.
+
+    Args:
+        name: of the phase, from `cost_rows`.
+        seconds: spent in it [s].
+        summary: of one run.
+
+    Returns:
+        The text; empty for phases outside of the solve, and where the floor is zero.
+    """
     floor = summary["floor"]
-    return f"{100.0 * seconds / floor:.0f} %" if floor else ""
+    compares = floor and name not in (*OTHER_PHASES, "total")
+    return f"{100.0 * seconds / floor:.0f} %" if compares else ""
 
 
 def cost_table(summary: Mapping[str, Any]) -> Table:
@@ -250,9 +223,9 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per phase.
     """
-    table = new_table("Cost", "phase", "seconds", "of floor")
+    table = report_table("Cost", "phase", "seconds", "of floor")
     for name, seconds in cost_rows(summary):
-        table.add_row(name, f"{seconds:.3f}", share_of_floor(seconds, summary))
+        table.add_row(name, f"{seconds:.3f}", share_of_floor(name, seconds, summary))
     return table
 
 
@@ -279,17 +252,17 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
-    table = new_table("Runs", "directory", "steps", "iterations", "seconds", "held", "")
+    table = report_table("Runs", "directory", "steps", "iterations", "seconds", "met", "")
     for directory, summary in rows:
         verdicts = summary["verdicts"]
-        held = sum(bool(verdict["passed"]) for verdict in verdicts)
+        met = sum(bool(verdict["passed"]) for verdict in verdicts)
         mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
         table.add_row(
             str(directory),
             str(len(summary["steps"])),
             str(summary["newton_iterations"]),
             f"{number(summary['timings'].get('total')):.2f}",
-            f"{held} of {len(verdicts)}",
+            f"{met} of {len(verdicts)}",
             mark,
         )
     console.print(table)
@@ -303,7 +276,7 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         console: where to print, standard output by default.
 
     Returns:
-        Exit code: 0 if every run came to its end and held what was expected of it, else 1.
+        Exit code: 0 if every run came to its end and met what was expected of it, else 1.
 
     Raises:
         CaseError: if one of them is not a finished run.

@@ -88,8 +88,8 @@ BROKEN = {
     "of its own; give kelvin; give a temperature such as '20 K'",
     # meshes
     'bodies.upper.mesh.builder="blok"': "bodies.upper.mesh.builder = blok: must have 'file' or a "
-    "'builder', one of block, box, cylinder, die, disk, graded_block, ring, tire, wave; did you "
-    "mean 'block'?",
+    "'builder', one of block, box, cylinder, die, disk, extrusion, graded_block, graded_box, "
+    "revolution, ring, tire, wave; did you mean 'block'?",
     'bodies.upper.mesh={file="no.msh", unit="mm"}': "bodies.upper.mesh.file = no.msh: there is no "
     f"file '{TWO.parent / 'no.msh'}'",
     'bodies.upper.mesh={file="two_blocks.toml"}': "bodies.upper.mesh.unit: is missing",

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from contactfem.case.obstacles import Circle, Plane
 from contactfem.case.read import read_case
-from contactfem.case.scene import Circle, Plane
 from contactfem.check.check import check_case, describe, held, outlines
 from contactfem.check.initial_gaps import obstacle_gap, surface_gap
 from contactfem.check.plausibility import pieces

@@ -197,7 +197,7 @@ def stand_in(monkeypatch, message, passed, raises=None):
         return RunResult(case, (), (), (), {}, {}, {}, {}, not message, message)
 
     monkeypatch.setattr(contactfem.run.driver, "run_case", run_case)
-    monkeypatch.setattr("contactfem.output.report.report.read_summary", lambda out: json.loads(
+    monkeypatch.setattr("contactfem.output.tables.read_summary", lambda out: json.loads(
         (out / "summary.json").read_text()
     ))  # fmt: skip
 

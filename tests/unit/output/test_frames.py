@@ -23,8 +23,8 @@ def body(name: str, width: float, **fields: np.ndarray) -> BodyPicture:
 
 def snapshot(t: float, *, heat: bool) -> Snapshot:
     stress = np.arange(24.0).reshape(4, 6)
-    set_temperature = body("block", 2.0, temperature=np.full((4, 1), t), heat_flux=np.ones((4, 2)))
-    return Snapshot(t, (body("block", 2.0, stress=stress),), (set_temperature,) if heat else ())
+    heated = body("block", 2.0, temperature=np.full((4, 1), t), heat_flux=np.ones((4, 2)))
+    return Snapshot(t, (body("block", 2.0, stress=stress),), (heated,) if heat else ())
 
 
 @pytest.mark.parametrize("heat", [False, True])

@@ -10,10 +10,10 @@ import pytest
 
 from contactfem.check.check import Account
 from contactfem.cli.main import main
-from contactfem.output.report.html_markup import Markup, curve, element, table
+from contactfem.output.report.html_page import page as page_of
 from contactfem.output.report.html_page import write_page
-from contactfem.output.report.html_steps import decisions
-from contactfem.output.tables import OutputWriter
+from contactfem.output.report.html_steps import curve, decisions
+from contactfem.output.writer import OutputWriter
 from contactfem.results.data import Failure
 
 PICTURE = b"\x89PNG\r\n\x1a\nnot really"
@@ -78,11 +78,12 @@ def test_the_page_has_everything(folder):
     text, page = read(folder(ACCOUNT))
     assert text.startswith("<!doctype html>")
     assert page.values("id") == [
-        "scene", "verdicts", "figures", "steps", "decisions", "cost", "numbers", "repeat",
+        "scene", "verdicts", "figures", "steps", "reactions", "decisions", "cost", "numbers",
+        "repeat",
     ]  # fmt: skip
     assert page.tags.count("svg") == 4  # a curve for each step
     for said in (
-        "on: 1 interface", "K. L. Johnson, Contact Mechanics", "4 of 4 expectations held",
+        "on: 1 interface", "K. L. Johnson, Contact Mechanics", "4 of 4 expectations met",
         "9.351351 MPa", "9.35135 ± 0.281 MPa", "1e-10  (default)", "= floor", "133 %",
         "Step to t = 0.75 s failed: the status cycles; tried again with 0.25 s.",
         "contactfem run cm.toml --set 'a.b=<3>'",
@@ -139,7 +140,7 @@ def test_heat_has_its_balance(folder):
     assert cells[cells.index("through slab.bottom") + 1] == "-8 J/m"
     assert cells[cells.index("friction") + 1] == "28 J/m"
     assert cells.count("21.5") == 4
-    assert "The time scheme rings in 1 steps; dG(1) would not." in cells
+    assert "The time scheme rings in 1 step; dG(1) would not." in cells
     assert "Step 4, t = 1 s: cG(1) rings" in cells
 
 
@@ -156,8 +157,7 @@ def test_what_later_steps_tell_is_shown(folder):
     _, page = read(path.parent)
     assert "error" in page.texts
     assert "0.012346" in page.texts
-    told = re.findall(r"<li>(.*?)</li>", decisions(summary))
-    assert told == [
+    assert decisions(summary) == [
         "Step 1, t = 0.25 s, remeshes: body slab, cells 420",
         "Step 1, t = 0.25 s, remeshes: body block, cells 77",
         "Step 1, t = 0.25 s, warning: friction is not known",
@@ -185,19 +185,46 @@ def test_errors_meshes_and_warnings_are_shown(folder):
     assert "Step 2, t = 0.5 s: new mesh of 'pad' for heat, 140 to 456 cells" in page.texts
 
 
-def test_markup_is_kept_and_text_is_escaped():
-    assert element("a", {"b": '"<'}, "<", Markup("<i></i>")) == '<a b="&quot;&lt;">&lt;<i></i></a>'
-    assert table((), [("<", Markup("<b></b>"))]).count("&lt;") == 1
+def test_control_characters_are_shown_by_their_codes(folder):
+    title = "[/] \x00\x1b[31m{{ 7 * 7 }}\u202e\xa0end\x7f"
+    text, page = read(folder(title=title))
+    assert page.texts.count("[/] \\x00\\x1b[31m{{ 7 * 7 }}\\u202e end\\x7f") == 2
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202e]", text)
+
+
+def test_a_prediction_beyond_reason_is_cut_short(folder):
+    path = folder() / "summary.json"
+    summary = json.loads(path.read_text())
+    cost = {"problem": "heat", "eta": 0.01, "cells": 5230, "first_eta": 0.9, "first_cells": 48}
+    summary["uniform"] = [
+        cost | {"uniform_cells": count} for count in (35816279880713.4, 12345.6, 7.0, None)
+    ]
+    path.write_text(json.dumps(summary))
+    text, page = read(path.parent)
+    assert "uniform" in page.values("id")
+    assert [t for t in page.texts if t in ("> 1e9", "12000", "7")] == [
+        "> 1e9", "12000", "7", "> 1e9"
+    ]  # fmt: skip
+    assert "35816279880713" not in text
+
+
+def test_an_old_summary_without_what_came_later_has_a_page(folder):
+    path = folder() / "summary.json"
+    summary = json.loads(path.read_text())
+    for key in ("scene", "resolved", "failures", "references", "reactions", "uniform", "warnings"):
+        del summary[key]
+    text = page_of(summary, {})
+    assert Page(text).values("id") == ["verdicts", "steps", "cost", "numbers", "repeat"]
 
 
 def test_a_curve_is_on_a_logarithmic_scale():
     drawn = curve([1e2, 1e-2, None, 1e-9], 1e-4, 1e2, 1e-1)
-    heights = [float(pair.split(",")[1]) for pair in re.search('points="(.*?)"', drawn)[1].split()]
+    heights = [float(height) for _, height in drawn.points]
     assert heights[0] == 3.0  # at the top, inside of a margin
     assert heights[2] == heights[3] == 25.0  # at the bottom: not finite, and below it
     assert heights[1] == pytest.approx(3.0 + 22.0 * 4 / 6, abs=0.05)
-    assert 'y1="14.0"' in drawn  # the level, in the middle
-    assert "1.0e+02, 1.0e-02, not finite, 1.0e-09" in drawn
+    assert drawn.level == "14.0"  # in the middle
+    assert drawn.text == "1.0e+02, 1.0e-02, not finite, 1.0e-09"
 
 
 def test_the_command(folder, capsys, tmp_path):

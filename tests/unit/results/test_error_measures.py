@@ -10,8 +10,8 @@ from contactfem.case.settings import Adaptivity
 from contactfem.output.figures.errors import draw_errors
 from contactfem.output.figures.meshes import draw_meshes
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
-from contactfem.output.tables import OutputWriter
 from contactfem.output.terminal import remesh_lines, step_line
+from contactfem.output.writer import OutputWriter
 from contactfem.results.data import ErrorStep, MeshErrors, Observables, Remeshing
 from contactfem.results.error_measures import errors_of_costs, errors_of_steps, uniform_costs
 

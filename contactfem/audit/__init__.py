@@ -1,0 +1,1 @@
+"""An independent look at accepted states, on plain arrays."""
