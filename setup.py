@@ -9,7 +9,6 @@ setup(
         "contactfem.meshes",
     ],
     package_dir={"contactfem.forms": "forms", "contactfem.meshes": "meshes"},
-    package_data={"contactfem.output.view": ["*.html"]},
     cffi_modules=["contactfem/kernels/build.py:ffi"],
     # the kernels keep to the stable interface of Python: one wheel for 3.12 and all that follow
     options={"bdist_wheel": {"py_limited_api": "cp312"}},

@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, verify, study, report, view, film, schema."""
+"""The command line: one function for each of its commands."""
 
 import argparse
 import glob

@@ -1,1 +1,1 @@
-"""Look at the fields of a run: a page that turns, pictures, a window."""
+"""The fields of a run as a page, as pictures or in a window."""

@@ -1,4 +1,4 @@
-"""One page that shows the fields of a run and turns them, without a network."""
+"""One page that shows and turns the fields of a run."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ def main() -> None:
         path = folder / "figures" / f"view_{key}.png"
         plotter.screenshot(str(path))
         plotter.close()
-        print(path)
+        sys.stdout.write(f"{path}\n")
 
 
 if __name__ == "__main__":
