@@ -13,8 +13,7 @@ from contactfem.adaptivity.boundary_data import (
     vertex_conditions,
     vertex_normals,
 )
-from contactfem.adaptivity.recovery.constraints import ConstraintRows
-from contactfem.adaptivity.recovery.constraints import heat_flow_rows, traction_rows
+from contactfem.adaptivity.recovery.constraints import ConstraintRows, heat_flow_rows, traction_rows
 from contactfem.adaptivity.recovery.interface import (
     MechanicalState,
     ThermalState,

@@ -80,9 +80,7 @@ class FieldFile:
         alone = not self._case.mechanics or self._case.adaptivity is not None
         return not alone and found is not None and found.mesh is body.mesh
 
-    def _bodies(
-        self, discretisation: Discretisation, errors: Sequence[MeshErrors]
-    ) -> list[Block]:
+    def _bodies(self, discretisation: Discretisation, errors: Sequence[MeshErrors]) -> list[Block]:
         """Mechanical meshes, with the temperature where it stands there; collective."""
         if not self._case.mechanics:
             return []
@@ -95,9 +93,7 @@ class FieldFile:
             blocks += self._block(name, "mechanics", body.mesh, fields, errors)
         return blocks
 
-    def _thermal(
-        self, discretisation: Discretisation, errors: Sequence[MeshErrors]
-    ) -> list[Block]:
+    def _thermal(self, discretisation: Discretisation, errors: Sequence[MeshErrors]) -> list[Block]:
         """Thermal meshes of their own; collective."""
         blocks, heat = [], discretisation.heat
         for body in heat.bodies if heat is not None else ():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from contactfem.output.terminal import Reporter
     from contactfem.output.writer import OutputWriter
 
+OnStep = Callable[[StepReport, Discretisation, State], object]
+
 
 class Recorder:
     """Writes the results of a run into its folder, as far as the case asks for them.
@@ -44,6 +46,7 @@ class Recorder:
         timers: Where time is booked.
         command: The command that repeats the run.
         resumed: How far the run had come, if it is not a new one.
+        on_step: Called on all ranks after every accepted step.
     """
 
     def __init__(
@@ -55,12 +58,13 @@ class Recorder:
         timers: Timers,
         command: str,
         resumed: Progress | None,
+        on_step: OnStep | None = None,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         steps = None if resumed is None else resumed.recorded
         last = steps[-1].t if steps else 0.0
         self._times = [t for t in case.output.times if not _reached(t, last)]
-        self._out = out
+        self._out, self._on_step = out, on_step
         self.segment = 1 if resumed is None else resumed.segment + 1
         self.failures = [] if resumed is None else list(resumed.failures)
         every = case.time.end / max(case.output.snapshots, 1)
@@ -142,9 +146,7 @@ class Recorder:
             if files is not None:
                 files.close()
 
-    def step(
-        self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()
-    ) -> None:
+    def step(self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()) -> None:
         """Record an accepted step; collective.
 
         Args:
@@ -175,6 +177,8 @@ class Recorder:
                 self._fields.write(report.t, stress)
             if self._heat_fields is not None:
                 self._heat_fields.write(report.t)
+        if self._on_step is not None:
+            self._on_step(report, self._discretisation, state)
 
     def _picture(self, t: float, state: State) -> None:
         """Write a snapshot if one is due at a time [s]; collective."""

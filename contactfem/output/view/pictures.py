@@ -109,7 +109,9 @@ def _scene(reader: FieldReader, key: str, *, window: bool) -> Any:
     elif not flat:
         best = max(shown.values(), key=lambda g: float(np.nanmax(g[key])))
         origin = best.points[int(np.nanargmax(best[key]))]
-        shown = {n: g.clip("z", origin=origin + [0.0, 0.0, 1e-9]) for n, g in shown.items()}
+        shown = {
+            n: g.clip("z", origin=origin + np.array([0.0, 0.0, 1e-9])) for n, g in shown.items()
+        }
     limits = [factor * f([f(g[key]) for g in with_field.values()]) for f in (np.nanmin, np.nanmax)]
     for grid in shown.values():
         grid.point_data["shown"] = factor * np.asarray(grid[key])
@@ -121,9 +123,10 @@ def _scene(reader: FieldReader, key: str, *, window: bool) -> Any:
         if key == "pressure":
             _arrows(plotter, grid, bodies)
     _label(plotter, with_field, key)
+    title = f"{NAMES[key]} [{unit}]"
     plotter.add_scalar_bar(
-        f"{NAMES[key]} [{unit}]", width=0.5, height=0.06, position_x=0.25, position_y=0.02, fmt="%.4g",
-        mapper=actor.mapper,
+        title, mapper=actor.mapper, width=0.5, height=0.06, position_x=0.25, position_y=0.02,
+        fmt="%.4g",
     )  # fmt: skip
     plotter.enable_parallel_projection()
     plotter.view_xy() if flat else plotter.view_vector((0.6, 0.55, 1.0), viewup=(0.0, 1.0, 0.0))

@@ -34,7 +34,9 @@ def blocks(folder):
 @pytest.mark.quick
 def test_fields_are_those_of_the_result(tmp_path):
     folder = Path(MPI.COMM_WORLD.bcast(str(tmp_path)))
-    case = read_case(ROOT / "tests/data/pressed_ball.toml", ["output.figures=false", "output.fields=true"])
+    case = read_case(
+        ROOT / "tests/data/pressed_ball.toml", ["output.figures=false", "output.fields=true"]
+    )
     result = run_case(case, MPI.COMM_WORLD, folder)
     if MPI.COMM_WORLD.rank > 0:
         return
@@ -86,7 +88,9 @@ def test_a_disk_that_is_full_is_told_in_one_line(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("contactfem.output.vtkhdf.VtkHdfFile.append", full)
-    case = read_case(ROOT / "tests/data/pressed_ball.toml", ["output.figures=false", "output.fields=true"])
+    case = read_case(
+        ROOT / "tests/data/pressed_ball.toml", ["output.figures=false", "output.fields=true"]
+    )
     with pytest.raises(WriteError, match=r"fields\.vtkhdf: cannot be written: No space left"):
         run_case(case, MPI.COMM_SELF, tmp_path)
 

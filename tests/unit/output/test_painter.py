@@ -9,7 +9,16 @@ from contactfem.output.figures.painter import Painter
 
 ROOT = Path(__file__).parents[3]
 # what is for pictures, tables and meshes that a run of the block does not make itself
-NOT_FOR_A_RUN = {"matplotlib", "pyvista", "vtkmodules", "gmsh", "meshio", "rich", "pandas", "IPython"}
+NOT_FOR_A_RUN = {
+    "matplotlib",
+    "pyvista",
+    "vtkmodules",
+    "gmsh",
+    "meshio",
+    "rich",
+    "pandas",
+    "IPython",
+}
 
 
 def test_the_other_process_draws(make_run, tmp_path, monkeypatch):
