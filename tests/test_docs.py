@@ -3,6 +3,7 @@
 import json
 import re
 import runpy
+import runpy
 import shutil
 import subprocess
 import sys
@@ -117,6 +118,13 @@ def test_the_tutorial(tmp_path):
         assert step["heat"]["friction"] == pytest.approx(step["dissipation"], rel=1e-12)
     pressed = [-step["forces"]["rub"][1] for step in summary["steps"][3:]]
     assert (np.diff(pressed) > 0).all()  # the pad swells between its back and the rail
+
+
+def test_the_example_from_python(capsys):
+    runpy.run_path(str(EXAMPLES / "api.py"))
+    said = capsys.readouterr().out.splitlines()
+    assert said[3].startswith("t = 1.00 s  largest pressure 12")
+    assert said[4] == "2 1e-05"
 
 
 def energy(stretch, height, K, mu, share):

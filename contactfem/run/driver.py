@@ -18,7 +18,7 @@ from contactfem.common.timers import Timers
 from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.state import State
 from contactfem.fem.form_cache import compiling
-from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
+from contactfem.fem.petsc_options import HEAT, MECHANICS, available, forget
 from contactfem.output.recorder import OnStep, Recorder
 from contactfem.results.data import RunResult
 from contactfem.run.result import outcome
@@ -120,6 +120,7 @@ def _run(
     for phase, seconds in (*before.items(), ("import", invocation.import_seconds)):
         timers.add(phase, seconds)
     progress = resumed.progress if resumed is not None else None
+    case, notes = _with_available_solvers(case)
     with compiling(comm):
         given = meshes(resumed.state) if resumed is not None else None
         discretisation = discretise(case, comm, timers, given)
@@ -130,6 +131,8 @@ def _run(
             case, comm, out, discretisation, timers, origin.command, progress, on_step
         )
         with recorder:
+            for note in notes:
+                recorder.warning(note)
             loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)
             if resumed is not None:
                 loop.restore(resumed)
@@ -145,3 +148,16 @@ def _run(
                 recorder.state(loop.verification.last)
             recorder.finish(result)
     return Solved(result, loop.discretisation, loop.state)
+
+
+def _with_available_solvers(case: Case) -> tuple[Case, list[str]]:
+    """The case with linear solvers that this PETSc has, and what is said of others."""
+    options, note = available(case.solver.petsc, "solver.petsc")
+    changes: dict[str, object] = {"solver": case.solver.model_copy(update={"petsc": options})}
+    notes = [note]
+    if case.heat is not None:
+        options, note = available(case.heat.petsc, "heat.petsc")
+        changes["heat"] = case.heat.model_copy(update={"petsc": options})
+        notes.append(note)
+    notes = [note for note in notes if note]
+    return (case.model_copy(update=changes) if notes else case), notes

@@ -75,7 +75,7 @@ def verdict_lines(summary: Mapping[str, Any], *, colour: bool) -> list[str]:
     for verdict in summary["verdicts"]:
         unit = verdict["unit"]
         found = engineering(number(verdict["value"]), unit, 7)
-        mark = "held" if verdict["passed"] else "missed"
+        mark = "met" if verdict["passed"] else "missed"
         allowed = allowed_text(verdict["low"], verdict["high"], unit)
         rows.append((verdict["key"], found, allowed, mark))
     if len(rows) == 1:
@@ -84,7 +84,7 @@ def verdict_lines(summary: Mapping[str, Any], *, colour: bool) -> list[str]:
     lines = []
     for key, found, allowed, mark in rows:
         text = f" {key:{wide[0]}}  {found:>{wide[1]}}  {allowed:>{wide[2]}}"
-        code = {"held": "32", "missed": "1;31"}.get(mark, "0")
+        code = {"met": "32", "missed": "1;31"}.get(mark, "0")
         lines.append(f"{text}  \033[{code}m{mark}\033[0m" if colour else f"{text}  {mark}")
     lines[0] = lines[0].rstrip()
     return ["", lines[0], " " + "─" * (sum(wide) + 6), *lines[1:]]
