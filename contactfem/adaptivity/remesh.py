@@ -14,6 +14,7 @@ from contactfem.adaptivity.anisotropic_layers import flat_cells, regular_rows
 from contactfem.adaptivity.decisions import NewSizes
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats
+from contactfem.contact.slip import interpolated
 from contactfem.contact.state import ContactHistory
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.meshes import GivenMeshes
@@ -24,7 +25,7 @@ from contactfem.heat.body import HeatBody
 from contactfem.heat.ringing import Increments
 from contactfem.laws.active_set import ActiveSet
 from contactfem.mechanics.body import BodyProblem
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mechanics.elements import cell_size
 from contactfem.meshes.data import MeshData
 from contactfem.meshes.layers import Layers
@@ -138,15 +139,21 @@ def _carry_mechanics(
     system.spread(system.x)
     pairs = list(zip(old.interfaces, new.interfaces, strict=True))
     transfers = [_surface(old, new, k) for k in range(len(pairs))]
+    histories = tuple(
+        _history(after, history, transfer, state.t, ramp_end)
+        for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
+    )
     return replace(
         state,
         x=system.x.array.copy(),
         u=[body.u.x.array.copy() for body in system.bodies],
-        histories=tuple(
-            _history(after, history, transfer, state.t, ramp_end)
-            for (_, after), history, transfer in zip(pairs, state.histories, transfers, strict=True)
-        ),
-        slip=[transfer(slip) for transfer, slip in zip(transfers, state.slip, strict=True)],
+        histories=histories,
+        slip=[
+            interpolated(transfer.matrix, slip, before.normals, after.normals)
+            for transfer, slip, before, after in zip(
+                transfers, state.slip, state.histories, histories, strict=True
+            )
+        ],
         conditions=(),
         guess=tuple(
             _nearest(transfer, guess)
@@ -208,11 +215,13 @@ def _history(
 ) -> ContactHistory:
     """What the next step starts from, at the new nodes."""
     operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
-    pressure, traction = (
-        None if values is None else transfer(values)
-        for values in (history.pressure, history.traction)
-    )
-    return ContactHistory(operators.D, operators.M, pressure, traction)
+    pressure, traction = history.pressure, history.traction
+    if pressure is not None:
+        pressure = transfer(pressure)
+    normals = operators.normals.n
+    if traction is not None:
+        traction = interpolated(transfer.matrix, traction, history.normals, normals)
+    return ContactHistory(operators.D, operators.M, normals, pressure, traction)
 
 
 def _nearest(transfer: SurfaceTransfer, start: ActiveSet | None) -> ActiveSet | None:

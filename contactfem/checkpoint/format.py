@@ -15,7 +15,7 @@ from contactfem.common.files import whole_file
 from contactfem.errors import CheckpointError
 from contactfem.results.data import Failure, StepReport
 
-FORMAT = 1  # of the arrays and the head; another one cannot be read
+FORMAT = 2  # of the arrays and the head; another one cannot be read
 NAME, PREVIOUS = "checkpoint.npz", "checkpoint.previous.npz"
 
 

@@ -9,11 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from contactfem.checkpoint.archive import Tree
-from contactfem.contact.conditions import relative_motion
-from contactfem.contact.slip import Motion
-from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
+from contactfem.contact.conditions import Contact
+from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.laws.active_set import ActiveSet
-from contactfem.laws.friction import FrictionBound
+from contactfem.mortar.mortar_operators import MortarOperators
 
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange
@@ -23,8 +22,7 @@ def packed(item: Any) -> Tree:
     """Fields of a dataclass or a named tuple, and of those in it, as arrays.
 
     Args:
-        item: With arrays, sparse matrices, numbers and None. Mortar operators are left out, and
-            what they say about motion: their positions give them again.
+        item: With arrays, sparse matrices, numbers and None.
 
     Returns:
         The tree.
@@ -38,9 +36,25 @@ def packed(item: Any) -> Tree:
         elif sp.issparse(value):
             parts = {"data": value.data, "indices": value.indices, "indptr": value.indptr}
             tree[name] = parts | {"shape": np.array(value.shape)}
-        elif not (value is None or isinstance(value, MortarOperators | Motion)):
+        elif value is not None:
             tree[name] = packed(value)
     return tree
+
+
+def packed_state(c: ContactState) -> Tree:
+    """What a contact state follows from, beside the positions of the nodes.
+
+    Args:
+        c: The state.
+
+    Returns:
+        The tree.
+    """
+    return {
+        "multiplier": c.multiplier.vector,
+        "active_set": packed(c.active_set),
+        "history": packed(c.history),
+    }
 
 
 def history(tree: Tree) -> ContactHistory:
@@ -48,23 +62,21 @@ def history(tree: Tree) -> ContactHistory:
     return _unpacked(ContactHistory, tree)
 
 
-def trial(tree: Tree) -> ActiveSet:
-    """Contact status to start from, of its tree."""
+def active_set(tree: Tree) -> ActiveSet:
+    """Active set, of its tree."""
     return _unpacked(ActiveSet, tree)
 
 
-def conditions(tree: Tree, operators: MortarOperators) -> ContactState:
-    """Contact conditions of their tree.
+def contact_state(tree: Tree, contact: Contact, operators: MortarOperators) -> ContactState:
+    """Contact state of its tree.
 
     Args:
-        tree: From `packed`.
-        operators: At the positions of the conditions.
+        tree: From `packed_state`.
+        contact: The interface.
+        operators: At the positions of the state.
     """
-    limit = _unpacked(FrictionBound, tree["limit"])
-    before = history(tree["history"])
-    inner = {"operators": operators, "history": before, "limit": limit}
-    inner["motion"] = relative_motion(operators, before)
-    return _unpacked(ContactState, tree | inner)
+    start = active_set(tree["active_set"])
+    return contact.state(operators, tree["multiplier"], history(tree["history"]), start)
 
 
 def exchange(tree: Tree) -> HeatExchange:

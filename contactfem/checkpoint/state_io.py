@@ -130,8 +130,8 @@ def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State
     for interface, part in zip(discretisation.interfaces, parts, strict=True):
         operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
         if "conditions" in part:
-            found.append(packing.conditions(part["conditions"], operators))
-        guess.append(packing.trial(part["guess"]) if "guess" in part else None)
+            found.append(packing.contact_state(part["conditions"], interface.contact, operators))
+        guess.append(packing.active_set(part["guess"]) if "guess" in part else None)
     state = State(
         t,
         system.x.array.copy(),
@@ -162,7 +162,7 @@ def _set_unknowns(discretisation: Discretisation, others: Array) -> None:
 def _of_interface(state: State, k: int) -> Tree:
     tree: Tree = {"slip": state.slip[k], "history": packing.packed(state.histories[k])}
     if state.conditions:
-        tree["conditions"] = packing.packed(state.conditions[k])
+        tree["conditions"] = packing.packed_state(state.conditions[k])
     if state.guess and state.guess[k] is not None:
         tree["guess"] = packing.packed(state.guess[k])
     return tree

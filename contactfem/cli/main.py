@@ -97,6 +97,9 @@ def parser() -> argparse.ArgumentParser:
         help="write one page about each run into its folder, report.html, which needs nothing else",
     )
     report.add_argument(
+        "--junit", type=Path, metavar="FILE", help="write the verdicts for a CI server, as JUnit XML"
+    )
+    report.add_argument(
         "paths",
         type=Path,
         nargs="+",
@@ -183,6 +186,8 @@ def _report(options: argparse.Namespace) -> int:
         for path in filter(_holds_cases, options.paths):
             raise CaseError(f"{path}: holds case files; --html takes folders of runs")
         return _pages([folder for path in options.paths for folder in _folders(path)])
+    if options.junit is not None:
+        return _junit(options.junit, [folder for path in options.paths for folder in _folders(path)])
     from contactfem.output.report.report import report
 
     if len(options.paths) == 1 and _holds_cases(options.paths[0]):
@@ -190,6 +195,18 @@ def _report(options: argparse.Namespace) -> int:
 
         return report_folder(options.paths[0], Path("runs") / options.paths[0].resolve().name)
     return report([folder for path in options.paths for folder in _folders(path)])
+
+
+def _junit(path: Path, folders: Sequence[Path]) -> int:
+    """Write the verdicts on runs for a CI server."""
+    from contactfem.output.report.junit import write_junit
+
+    try:
+        passed = write_junit(path, folders)
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be written: {error.strerror}") from None
+    print(path)
+    return ExitCode.DONE if passed else ExitCode.MISSED
 
 
 def _pages(folders: Sequence[Path]) -> int:

@@ -19,7 +19,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises:
         OSError: if it cannot be written.
     """
-    draft = path.with_name(f".{path.name}.part")
+    draft = path.with_name(f".{path.stem}.part{path.suffix}")  # writers look at the suffix
     try:
         yield draft
         os.replace(draft, path)

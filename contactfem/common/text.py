@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
@@ -48,6 +48,12 @@ def nearest(name: str, names: Iterable[str]) -> str:
 def percent(value: float, digits: int = 3) -> str:
     """A ratio in percent, such as "12.3 %"."""
     return f"{100.0 * value:.{digits}g} %"
+
+
+def shortened[T](items: Sequence[T], most: int) -> list[T | None]:
+    """All items, or of more than `most` the first and the last, with None between them."""
+    half = most // 2
+    return list(items) if len(items) <= most else [*items[:half], None, *items[-half:]]
 
 
 def report_table(title: str, *columns: str) -> Table:

@@ -1,28 +1,35 @@
-"""Contact conditions at the nonmortar nodes of one interface."""
+"""Contact of one interface: active set and contact conditions at its nodes."""
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from mpi4py import MPI
 
-from contactfem.common.typing import Floats, Ints
-from contactfem.contact.slip import Motion, motion
-from contactfem.contact.state import ContactHistory, ContactState, MortarOperators
+from contactfem.common.typing import Floats
+from contactfem.contact.slip import Motion, relative_motion, tangential, transported, transports
+from contactfem.contact.state import (
+    ContactHistory,
+    ContactState,
+    EdgeTies,
+    Multiplier,
+    Residuals,
+)
 from contactfem.laws.active_set import ActiveSet, Status
-from contactfem.laws.complementarity import Regularisation, stick_or_slip, trial
+from contactfem.laws.complementarity import (
+    Regularisation,
+    active_set,
+    lengths,
+    normal_condition,
+    slip_condition,
+    stick_condition,
+    trial_multiplier,
+    unit,
+)
 from contactfem.laws.edge_stabilisation import edge_compliance
 from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
-from contactfem.mortar.interface_mesh import (
-    InterfaceMesh,
-    full_lengths,
-    half_lengths,
-)
-from contactfem.mortar.normals import NormalField, nodal_normals
-from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, assemble
-from contactfem.mortar.segments import cut, find_pairs
+from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
 
 
 @dataclass(frozen=True)
@@ -57,8 +64,21 @@ class ContactLaw:
         return self.friction is not frictionless
 
 
+@dataclass(frozen=True)
+class _Regularised:
+    """What multipliers are tied to at one state: estimates p̂, t̂ and, at edge nodes, neighbours.
+
+    Attributes:
+        normal: Of the pressure: a penalty's, and the edge stabilisation.
+        tangential: Of the traction: that of regularised friction, and the edge stabilisation.
+    """
+
+    normal: tuple[Regularisation, Regularisation]
+    tangential: tuple[Regularisation, Regularisation]
+
+
 class Contact:
-    """One interface: evaluates the contact conditions and their tangent.
+    """One interface: evaluates the contact conditions.
 
     Args:
         comm: Ranks that share the work.
@@ -74,131 +94,133 @@ class Contact:
         self.my_facets = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
 
     def operators(self, x: Floats) -> MortarOperators:
-        """Search, cut and integrate at the positions x [m], (n_nodes, 2); collective."""
-        mesh, n = self.mesh, self.mesh.n_nonmortar
-        normals = nodal_normals(mesh, x)
-        pairs = find_pairs(mesh, x, normals.n, self.my_facets, self.law.search_radius)
-        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
-        mine = assemble(mesh, x, segments, normals)
-        row, col, value = (
-            np.concatenate(self.comm.allgather(part)) if self.comm.size > 1 else part
-            for part in (mine.row, mine.col, mine.value)
-        )
-        D: Floats = np.bincount(row[col == D_ENTRY], value[col == D_ENTRY], n).astype(np.float64)
-        weighted = np.bincount(row[col == GAP_ENTRY], value[col == GAP_ENTRY], n)
-        at = col >= 0
-        M = sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr()
-        gap = np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0)
-        full, length = full_lengths(mesh, x), half_lengths(mesh, x)
-        return MortarOperators(x, normals, D, M, gap, full, length, segments, mesh)
+        """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
+        return mortar_operators(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
 
-    def conditions(
-        self, operators: MortarOperators, multiplier: Floats, history: ContactHistory
+    def state(
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        start: ActiveSet | None = None,
     ) -> ContactState:
-        """Status of every node from its trial state, and the residuals of the conditions.
+        """Active set of the nodes from their trial multipliers, and what the conditions leave over.
 
         Args:
             operators: At the current positions.
-            multiplier: λ_j of every node as equilibrium gives it [Pa], (n_nonmortar, 2).
-            history: Operators at the start of the step.
+            multiplier: λ_j of every node as equilibrium gives it [Pa], (n_nonmortar, dim).
+            history: What the step started from.
+            start: Active set to take instead of that of the trial multipliers; what is not covered
+                is open all the same.
 
         Returns:
-            The conditions.
+            The state.
         """
-        law = self.law
-        p, t = _components(multiplier, operators.normals)
-        rim, kappa, slope = self._rim(operators)
+        motion = self.motion(operators, history)
+        edge = self._edge(operators)
+        if start is None:
+            found, turning = self._trial(operators, multiplier, history, motion, edge)
+        else:
+            status = np.where(operators.D > 0.0, start.status, Status.OPEN)
+            along = unit(tangential(start.direction, operators.normals.n))
+            found = ActiveSet(status.astype(np.int8), along)
+            turning = np.zeros(self.mesh.n_nonmortar)
+        chosen = self._allowed(found, motion, edge)
+        return self._state(operators, multiplier, history, (chosen, turning), motion, edge)
+
+    @staticmethod
+    def motion(operators: MortarOperators, history: ContactHistory) -> Motion:
+        """Relative motion of the two sides from the start of the step to where operators are."""
+        before = history.D, history.M
+        return relative_motion(operators.x, operators.normals.n, operators.M, before)
+
+    def _trial(
+        self,
+        operators: MortarOperators,
+        multiplier: Floats,
+        history: ContactHistory,
+        motion: Motion,
+        edge: EdgeTies,
+    ) -> tuple[ActiveSet, Floats]:
+        """Active set of the trial multipliers, and how much a change of t* turns its direction."""
+        law, parts = self.law, _parts(multiplier, operators.normals.n)
+        tied = self._regularised(operators, parts, history, edge)
         seen = np.isfinite(operators.gap)
         gap = np.where(seen, operators.gap, 0.0)
-        moved = relative_motion(operators, history)
-        slip = moved.slip
-        estimate = self._estimates(history)
-        normal = Regularisation(law.normal_compliance, estimate[0]), Regularisation(kappa, p[rim])
-        before = self._before(history, rim)
-        tangential = (
-            Regularisation(law.tangential_compliance, estimate[1]),
-            Regularisation(kappa, t[rim] + before),
-        )
-        p_trial = np.where(seen, trial(p, -gap, law.c_n * law.c, normal), 0.0)
-        t_trial = trial(t, slip, law.c_t * law.c, tangential)
-        limit = law.friction(self._slip_state(p_trial, slip, history)).value
-        found = stick_or_slip(p_trial, t_trial, limit, law.has_friction)
-        status = np.where(self.mesh.has_multiplier, found.status, Status.NONE).astype(np.int8)
-        return self._rows(
-            operators, history, multiplier, moved, status, found.direction, (rim, kappa, slope),
-        )  # fmt: skip
+        trial = trial_multiplier(parts.pressure, -gap, law.c_n * law.c, tied.normal)
+        p_trial = np.where(seen, trial, 0.0)
+        t_trial = trial_multiplier(parts.traction, motion.slip, law.c_t * law.c, tied.tangential)
+        bound = law.friction(self._slip_state(p_trial, motion.slip, history)).value
+        found = active_set(p_trial, t_trial, bound, law.has_friction)
+        if not law.has_friction:
+            return found, np.zeros(len(bound))
+        weight = 1.0 + law.c_t * law.c * sum(part.compliance for part in tied.tangential)
+        at = (found.status == Status.SLIP) & motion.known
+        size = np.where(at, lengths(t_trial), 1.0)
+        return found, np.where(at, bound / (size * weight), 0.0)
 
-    def imposed(
-        self,
-        operators: MortarOperators,
-        multiplier: Floats,
-        history: ContactHistory,
-        start: ActiveSet,
-    ) -> ContactState:
-        """As `conditions`, with a given status instead of the trial one.
+    def _allowed(self, found: ActiveSet, motion: Motion, edge: EdgeTies) -> ActiveSet:
+        """The active set of nodes that have a multiplier, with a direction where they slip.
 
-        Args:
-            operators: At the current positions.
-            multiplier: λ_j [Pa], (n_nonmortar, 2).
-            history: Operators at the start of the step.
-            start: Status and slip direction; what is not covered is open all the same.
-
-        Returns:
-            The conditions.
+        A node that was not covered before this step has no slip: it follows its neighbour.
         """
-        moved = relative_motion(operators, history)
-        status = np.where(operators.D > 0.0, start.status, Status.OPEN)
-        status = np.where(self.mesh.has_multiplier, status, Status.NONE).astype(np.int8)
-        direction = np.where(status == Status.SLIP, start.direction, 0.0)
-        return self._rows(
-            operators, history, multiplier, moved, status, direction, self._rim(operators)
-        )
+        status = np.where(self.mesh.has_multiplier, found.status, Status.NONE)
+        direction = np.where((status == Status.SLIP)[:, None], found.direction, 0.0)
+        new = (status > Status.OPEN) & ~motion.known
+        if new.any():
+            status = np.where(new, Status.SLIP, status)
+            direction[new] = edge.traction_target(direction)[new]
+        return ActiveSet(status.astype(np.int8), direction)
 
-    def _rows(
+    def _state(
         self,
         operators: MortarOperators,
-        history: ContactHistory,
         multiplier: Floats,
-        moved: Motion,
-        status: NDArray[np.int8],
-        direction: Floats,
-        rim_rule: tuple[Ints, Floats, Floats],
+        history: ContactHistory,
+        chosen: tuple[ActiveSet, Floats],
+        motion: Motion,
+        edge: EdgeTies,
     ) -> ContactState:
-        """Residuals of the conditions that belong to a status."""
-        (rim, kappa, slope), slip = rim_rule, moved.slip
-        # A node that was not covered before this step has no slip: it follows its neighbour.
-        new = (status > Status.OPEN) & ~moved.seen
-        status = np.where(new, Status.SLIP, status).astype(np.int8)
-        direction = np.where(new, direction[rim], direction)
-        active = status > Status.OPEN
-        multiplier = np.where(active[:, None], multiplier, 0.0)
-        p, t = _components(multiplier, operators.normals)
+        """Residuals of the conditions that belong to an active set."""
+        found, turning = chosen
+        active = found.active
+        parts = _parts(np.where(active[:, None], multiplier, 0.0), operators.normals.n)
+        p, t = parts.pressure, parts.traction
+        tied = self._regularised(operators, parts, history, edge)
         gap = np.where(active, operators.gap, 0.0)
-        estimate = self._estimates(history)
-        elastic = self.law.tangential_compliance * (t - estimate[1])
-        normal_row = gap + kappa * (p - p[rim]) + self.law.normal_compliance * (p - estimate[0])
-        edge_traction = t - t[rim] - self._before(history, rim)
-        stick_row = slip - kappa * edge_traction - elastic
-        limit = self.law.friction(self._slip_state(p, slip, history))
-        slip_row = t - direction * limit.value
-        tangential_row = np.where(status == Status.STICK, stick_row, slip_row)
+        bound = self.law.friction(self._slip_state(p, motion.slip, history))
+        compliant, on_edge = tied.tangential
+        stick = stick_condition(motion.slip, t, tied.tangential)
+        slip = slip_condition(t, found.direction, bound.value)
+        tangential_row = np.where((found.status == Status.STICK)[:, None], stick, slip)
+        plastic = stick_condition(motion.slip, t, (compliant,))
         return ContactState(
-            operators, history, multiplier, p, t, moved, np.where(active, slip, 0.0),
-            np.where(active, slip - elastic, 0.0), status, direction, rim, kappa, slope,
-            edge_traction,
-            np.where(active, normal_row, 0.0), np.where(active, tangential_row, 0.0), limit,
-        )  # fmt: skip
+            operators=operators,
+            history=history,
+            multiplier=parts,
+            active_set=found,
+            motion=motion,
+            plastic_slip=np.where(active[:, None], plastic, 0.0),
+            edge=edge,
+            traction_change=t - on_edge.target,
+            residuals=Residuals(
+                np.where(active, normal_condition(gap, p, tied.normal), 0.0),
+                np.where(active[:, None], tangential_row, 0.0),
+            ),
+            bound=bound,
+            turning=np.where(found.status == Status.SLIP, turning, 0.0),
+        )
 
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
-        return SlipState(p, np.abs(slip) / history.dt, temperature)
+        return SlipState(p, lengths(slip) / history.dt, temperature)
 
     def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
         """Next estimates of an augmented Lagrangian.
 
         Args:
-            c: Conditions of the equilibrium with the present estimates.
+            c: State of the equilibrium with the present estimates.
             tolerance: Gap in contact and slip of sticking nodes that may stay [m], (n,).
 
         Returns:
@@ -207,51 +229,61 @@ class Contact:
         if not self.law.augmented:
             return None
         gap = np.where(c.active, np.abs(c.operators.gap), 0.0)
-        slip = np.where(c.status == Status.STICK, np.abs(c.slip), 0.0)
+        slip = np.where(c.status == Status.STICK, lengths(c.slip), 0.0)
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None
-        return replace(c.history, pressure=c.pressure, traction=c.traction)
+        traction = transported(c.multiplier.traction, c.operators.normals.n, c.history.normals)
+        return replace(c.history, pressure=c.multiplier.pressure, traction=traction)
 
-    @staticmethod
-    def _before(history: ContactHistory, rim: Ints) -> Floats:
-        """t_j - t_k at the start of the step [Pa].
+    def _regularised(
+        self,
+        operators: MortarOperators,
+        parts: Multiplier,
+        history: ContactHistory,
+        edge: EdgeTies,
+    ) -> _Regularised:
+        """Compliances and targets: of a penalty or an augmented law, and of edge nodes.
 
-        Slip is an increment of the step, so the rim rule must tie it to an increment as well:
-        under a constant load it would let a node creep otherwise.
+        Slip is an increment of the step, so edge nodes are tied by the change of the traction since
+        its start as well: under a constant load they would creep otherwise.
         """
-        t = np.zeros(len(rim)) if history.traction is None else history.traction
-        return np.asarray(t - t[rim])
-
-    def _estimates(self, history: ContactHistory) -> tuple[Floats, Floats]:
-        """Values that compliances tie to: p̂, zero unless augmented, and t̂ [Pa]."""
-        zero = np.zeros(self.mesh.n_nonmortar)
-        pressure = history.pressure if self.law.augmented else None
-        return (
-            zero if pressure is None else pressure,
-            zero if history.traction is None else history.traction,
+        law, p, t = self.law, parts.pressure, parts.traction
+        estimate = np.zeros_like(p)
+        if law.augmented and history.pressure is not None:
+            estimate = history.pressure
+        past, target = np.zeros_like(t), edge.traction_target(t)
+        if history.traction is not None:
+            past = transported(history.traction, history.normals, operators.normals.n)
+            target = target + past - edge.traction_target(past)
+        return _Regularised(
+            normal=(
+                Regularisation(law.normal_compliance, estimate),
+                Regularisation(edge.compliance, edge.pressure_target(p)),
+            ),
+            tangential=(
+                Regularisation(law.tangential_compliance, past),
+                Regularisation(edge.compliance, target),
+            ),
         )
 
-    def _rim(self, operators: MortarOperators) -> tuple[Ints, Floats, Floats]:
-        """Rim rule: the better covered neighbour of every node, κ and dκ/df."""
+    def _edge(self, operators: MortarOperators) -> EdgeTies:
+        """Ties of edge nodes to the best covered of their neighbours."""
+        mesh, normals = self.mesh, operators.normals.n
         kappa, slope = edge_compliance(operators.coverage, self.law.c)
-        own = np.arange(self.mesh.n_nonmortar)
-        nodes = np.where(self.mesh.neighbours < 0, own[:, None], self.mesh.neighbours)
-        coverage = np.where(self.mesh.has_multiplier, operators.coverage, -1.0)[nodes]
-        coverage[nodes == own[:, None]] = -1.0
-        best = np.argmax(coverage, 1)
-        acts = (kappa > 0.0) & (coverage[own, best] > 0.0) & self.mesh.has_multiplier
-        return np.where(acts, nodes[own, best], own), kappa * acts, slope * acts
+        at = np.flatnonzero((kappa > 0.0) & mesh.has_multiplier)
+        around = mesh.neighbours[at]
+        coverage = np.where(mesh.has_multiplier, operators.coverage, -1.0)[around]
+        coverage[around < 0] = -1.0
+        best = np.argmax(coverage, axis=1) if len(at) else at
+        tied = coverage[np.arange(len(at)), best] > 0.0
+        nodes, neighbours = at[tied], around[np.arange(len(at)), best][tied]
+        acts = np.zeros(mesh.n_nonmortar, bool)
+        acts[nodes] = True
+        turns = transports(normals[neighbours], normals[nodes])
+        return EdgeTies(nodes, neighbours, turns, kappa * acts, slope * acts)
 
 
-def relative_motion(operators: MortarOperators, history: ContactHistory) -> Motion:
-    """Relative motion of the two sides from the start of the step to where operators are."""
-    before = history.D, history.M
-    return motion(operators.x, operators.normals.tangent, operators.M, before)
-
-
-def _components(multiplier: Floats, normals: NormalField) -> tuple[Floats, Floats]:
-    """Pressure λ·n and traction λ·τ [Pa]."""
-    return (
-        np.einsum("ji,ji->j", multiplier, normals.n),
-        np.einsum("ji,ji->j", multiplier, normals.tangent),
-    )
+def _parts(multiplier: Floats, normals: Floats) -> Multiplier:
+    """Pressure and traction of multipliers."""
+    pressure = np.einsum("ji,ji->j", multiplier, normals)
+    return Multiplier(multiplier, pressure, tangential(multiplier, normals))

@@ -1,4 +1,4 @@
-"""Resultant force and moment of the contact forces."""
+"""Balance of forces and moments between the sides of an interface."""
 
 import numpy as np
 
@@ -13,16 +13,17 @@ def defects(c: ContactState) -> tuple[float, float]:
     distance of a node in contact from the middle x̄ of them all.
 
     Args:
-        c: The conditions; the same on all ranks.
+        c: The contact state; the same on all ranks.
 
     Returns:
         Both, relative [-]; zero without contact.
     """
     force, touching = c.nodal_forces(), np.flatnonzero(c.active)
-    whole = float(np.hypot(*force.T).sum())
+    whole = float(np.linalg.norm(force, axis=1).sum())
     if whole == 0.0:
         return 0.0, 0.0
     arm = c.operators.x - c.operators.x[touching].mean(0)
-    R = max(np.hypot(*arm[touching].T).max(), c.operators.length[touching].max())
-    moment = arm[:, 0] @ force[:, 1] - arm[:, 1] @ force[:, 0]
-    return float(np.hypot(*force.sum(0)) / whole), float(abs(moment) / (R * whole))
+    R = max(np.linalg.norm(arm[touching], axis=1).max(), c.operators.size[touching].max())
+    product = arm.T @ force  # its skew part is the moment, in any dimension
+    moment = np.linalg.norm(product - product.T) / np.sqrt(2.0)
+    return float(np.linalg.norm(force.sum(0)) / whole), float(moment / (R * whole))

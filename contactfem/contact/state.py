@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.slip import Motion
-from contactfem.laws.active_set import Status
+from contactfem.laws.active_set import ActiveSet
 from contactfem.laws.friction import FrictionBound
-from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths
-from contactfem.mortar.normals import NormalField
-from contactfem.mortar.segments import Segments
-from contactfem.mortar.sparse import Sparse
+from contactfem.mortar.mortar_operators import MortarOperators
+
+BARELY = 1e-3  # coverage below which λ_j = -R_j / D_jj has lost its digits
 
 
 @dataclass(frozen=True)
@@ -22,113 +21,179 @@ class ContactHistory:
     """What a step starts from.
 
     Attributes:
-        D: D⁰_jj at its start [m], (n,).
-        M: M⁰_jl at its start [m], (n, n_nodes).
+        D: D⁰_jj at its start, (n,).
+        M: M⁰_jl at its start, (n, n_nodes).
+        normals: Unit normals at its start, that the traction is tangential to, (n, dim).
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
-        traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n,).
+        traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n, dim);
+            None for zero.
         dt: Length of the step, for the slip speed [s].
         temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
     """
 
     D: Floats
     M: sp.csr_matrix
+    normals: Floats
     pressure: Floats | None = None
     traction: Floats | None = None
     dt: float = 1.0
     temperature: Floats | float = 0.0
 
+    @staticmethod
+    def at(operators: MortarOperators) -> "ContactHistory":
+        """That of a step which starts from some positions, without tractions."""
+        return ContactHistory(operators.D, operators.M, operators.normals.n)
+
 
 @dataclass(frozen=True)
-class MortarOperators:
-    """Mortar operators at one configuration, the same on all ranks.
+class Multiplier:
+    """Contact traction λ_j as equilibrium or the unknowns give it, zero where open.
 
     Attributes:
-        x: Positions [m], (n_nodes, 2).
-        normals: Normal field of the nonmortar side.
-        D: D_jj [m], (n,).
-        M: M_jl [m], (n, n_nodes).
-        gap: Mean gap g_j / D_jj [m], (n,); infinite where nothing is covered.
-        full: D_jj of wholly covered facets [m], (n,).
-        length: Half the length of the facets at each node [m], (n,): `full` without an axis.
-        segments: This rank's segments.
-        mesh: The two surfaces.
+        vector: λ_j [Pa], (n, dim).
+        pressure: p_j = n_j·λ_j [Pa], (n,).
+        traction: t_j = λ_j - p_j n_j [Pa], (n, dim).
     """
 
-    x: Floats
-    normals: NormalField
-    D: Floats
-    M: sp.csr_matrix
-    gap: Floats
-    full: Floats
-    length: Floats
-    segments: Segments
-    mesh: InterfaceMesh
+    vector: Floats
+    pressure: Floats
+    traction: Floats
 
-    @cached_property
-    def full_derivative(self) -> Sparse:
-        """D full / dx [-], (n, 2 n_nodes)."""
-        return facet_lengths(self.mesh, self.x)[1]
 
-    @property
-    def coverage(self) -> Floats:
-        """Covered share f of each node's facets [-]."""
-        return self.D / self.full
+@dataclass(frozen=True)
+class EdgeTies:
+    """Edge stabilisation: which nodes are tied to which, and how.
 
-    @property
-    def depth(self) -> Floats:
-        """What a length of facet stands for at each node [m]: 1, or about the circumference."""
-        return self.full / self.length
+    Attributes:
+        nodes: Edge nodes that are tied, (m,).
+        neighbours: The better covered node that each is tied to, (m,).
+        turns: Turns of tangential vectors of the neighbours into the planes of the nodes,
+            (m, dim, dim).
+        compliance: κ of all nodes, zero where they are not tied [m/Pa], (n,).
+        slope: dκ/df [m/Pa], (n,).
+    """
+
+    nodes: Ints
+    neighbours: Ints
+    turns: Floats
+    compliance: Floats
+    slope: Floats
+
+    def pressure_target(self, p: Floats) -> Floats:
+        """The neighbour's pressure, or a node's own [Pa], (n,)."""
+        result = p.copy()
+        result[self.nodes] = p[self.neighbours]
+        return result
+
+    def traction_target(self, t: Floats) -> Floats:
+        """The neighbour's traction in the node's plane, or a node's own [Pa], (n, dim)."""
+        result = t.copy()
+        result[self.nodes] = np.einsum("mik,mk->mi", self.turns, t[self.neighbours])
+        return result
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What is left of the conditions of nodes in contact.
+
+    Attributes:
+        normal: Of the normal condition [m], (n,).
+        tangential: Of the tangential condition: stick [m], slip [Pa], (n, dim).
+    """
+
+    normal: Floats
+    tangential: Floats
 
 
 @dataclass(frozen=True)
 class ContactState:
-    """Contact conditions at one state, the same on all ranks; n nonmortar nodes.
+    """Contact at one configuration, the same on all ranks; n nonmortar nodes.
 
     Attributes:
-        operators: Where they were evaluated.
-        history: Operators at the start of the step.
-        multiplier: λ_j, zero where open [Pa], (n, 2).
-        pressure: p_j [Pa], (n,).
-        traction: t_j [Pa], (n,).
+        operators: Where it was evaluated.
+        history: What the step started from.
+        multiplier: λ_j and its parts, as the equations see them.
+        active_set: Status and slip direction.
         motion: Of the two sides since the start of the step, of all nodes.
-        slip: Slip increment of the step [m], (n,).
-        plastic_slip: The part of it that dissipates [m], (n,).
-        status: `Status` of each node, (n,).
-        direction: Slip direction (-1, 0, 1), (n,).
-        rim: Neighbour that the rim rule ties to, itself where it does not act, (n,).
-        kappa: Rim compliance [m/Pa], (n,).
-        kappa_slope: dκ/df [m/Pa], (n,).
-        rim_traction: Change of t_j - t_k since the start of the step [Pa], (n,).
-        normal_row: Residual of the normal condition [m], (n,).
-        tangential_row: Residual of the tangential condition: stick [m], slip [Pa], (n,).
-        limit: Largest traction and its derivatives, (n,) each.
+        plastic_slip: The part of the slip that dissipates [m], (n, dim).
+        edge: Ties of edge nodes.
+        traction_change: t_j - T t_k of tied nodes since the start of the step [Pa], (n, dim).
+        residuals: Of the conditions.
+        bound: Largest traction and its derivatives, (n,) each.
+        turning: Share ε of the change of t* across the slip direction that turns it [-], (n,).
     """
 
     operators: MortarOperators
     history: ContactHistory
-    multiplier: Floats
-    pressure: Floats
-    traction: Floats
+    multiplier: Multiplier
+    active_set: ActiveSet
     motion: Motion
-    slip: Floats
     plastic_slip: Floats
-    status: NDArray[np.int8]
-    direction: Floats
-    rim: Ints
-    kappa: Floats
-    kappa_slope: Floats
-    edge_traction: Floats
-    normal_row: Floats
-    tangential_row: Floats
-    limit: FrictionBound
+    edge: EdgeTies
+    traction_change: Floats
+    residuals: Residuals
+    bound: FrictionBound
+    turning: Floats
 
     @property
+    def status(self) -> NDArray[np.int8]:
+        """`Status` of each node, (n,)."""
+        return self.active_set.status
+
+    @cached_property
     def active(self) -> Bools:
         """Nodes in contact, (n,)."""
-        return np.asarray(self.status > Status.OPEN)
+        return self.active_set.active
+
+    @property
+    def slip(self) -> Floats:
+        """Slip increment of the step of nodes in contact [m], (n, dim)."""
+        return np.where(self.active[:, None], self.motion.slip, 0.0)
+
+    @cached_property
+    def _barely(self) -> Bools:
+        """Which of the tied nodes are barely covered, so that λ_j = -R_j / D_jj has no digits."""
+        at = self.edge.nodes
+        return np.asarray(self.active[at] & (self.operators.coverage[at] < BARELY))
+
+    @cached_property
+    def pressure(self) -> Floats:
+        """Pressure, of barely covered nodes p_k - g_j/κ_j as they are tied [Pa], (n,).
+
+        λ_j = -R_j / D_jj loses all digits as D_jj ~ coverage² vanishes; the tie, exact at
+        convergence, does not.
+        """
+        at, k = self.edge.nodes[self._barely], self.edge.neighbours[self._barely]
+        p = self.multiplier.pressure
+        result = p.copy()
+        result[at] = p[k] - self.operators.gap[at] / self.edge.compliance[at]
+        return result
+
+    @cached_property
+    def traction(self) -> Floats:
+        """Traction, of barely covered nodes that of the neighbour [Pa], (n, dim).
+
+        The terms of slip that the tie would add vanish with 1/κ_j.
+        """
+        at = self.edge.nodes[self._barely]
+        result = self.multiplier.traction.copy()
+        result[at] = self.edge.traction_target(self.multiplier.traction)[at]
+        return result
+
+    @property
+    def dissipation(self) -> Floats:
+        """Frictional work of the step, D⁰_jj t_j·s_j, with the traction of the equations, (n,)."""
+        along = np.einsum("ji,ji->j", self.multiplier.traction, self.plastic_slip)
+        return np.asarray(self.history.D * along)
 
     def nodal_forces(self) -> Floats:
-        """Forces on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j) [N/m], (n_nodes, 2)."""
-        force = -(self.operators.M.T @ self.multiplier)
-        force[: len(self.multiplier)] += self.operators.D[:, None] * self.multiplier
+        """Forces on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j), (n_nodes, dim)."""
+        force = -(self.operators.M.T @ self.multiplier.vector)
+        force[: len(self.active)] += self.operators.D[:, None] * self.multiplier.vector
         return np.asarray(force)
+
+    def as_history(self) -> ContactHistory:
+        """What the next step starts from."""
+        op = self.operators
+        pressure, traction = self.multiplier.pressure, self.multiplier.traction
+        return ContactHistory(op.D, op.M, op.normals.n, pressure, traction)

@@ -28,7 +28,7 @@ from contactfem.discretisation.meshes import GivenMeshes, mechanical_mesh, therm
 from contactfem.fem.dof_numbering import Prescribed, TiedDofs
 from contactfem.mechanics.body import BodyProblem
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mortar.crosspoints import check_shared, shared_nodes
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ def forces(
     """
     result = {}
     for interface, c in zip(discretisation.interfaces, conditions, strict=True):
-        force = -c.nodal_forces()[len(c.multiplier) :].sum(0)
+        force = -c.nodal_forces()[len(c.status) :].sum(0)
         result[interface.name] = (float(force[0]), float(force[1]))
     return result
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contactfem.common.typing import Floats
+from contactfem.contact.slip import transported
 from contactfem.contact.state import ContactHistory, ContactState
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.heat.ringing import Increments
@@ -27,7 +28,8 @@ class State:
         x: This rank's unknowns [m].
         u: Displacements of the bodies, flat over local dofs [m].
         histories: Operators at the present positions, per interface.
-        slip: Accumulated slip at the nonmortar nodes, per interface [m].
+        slip: Accumulated slip at the nonmortar nodes, vectors in the present tangent planes, per
+            interface [m].
         conditions: Of the last accepted step, per interface; empty before the first.
         theta: Temperatures of the bodies, flat over local dofs [K]; empty without heat.
         thermal_u: Displacements on the thermal meshes, likewise [m].
@@ -60,9 +62,7 @@ class State:
         """Contact status that the next step may start from, per interface; None to find it."""
         if not self.conditions:
             return self.guess or (None,) * len(self.histories)
-        return tuple(
-            ActiveSet(c.status, c.direction) if c.active.any() else None for c in self.conditions
-        )
+        return tuple(c.active_set if c.active.any() else None for c in self.conditions)
 
     def restore(self, discretisation: Discretisation) -> None:
         """Put unknowns and displacements back to those of this state."""
@@ -91,10 +91,11 @@ class State:
         self.dt, self.t = t - self.t, t
         self.x = discretisation.system.x.array.copy()
         self.u = [body.u.x.array.copy() for body in discretisation.system.bodies]
-        self.histories = tuple(
-            ContactHistory(c.operators.D, c.operators.M, c.pressure, c.traction) for c in conditions
-        )
-        self.slip = [slip + c.slip for slip, c in zip(self.slip, conditions, strict=True)]
+        self.histories = tuple(c.as_history() for c in conditions)
+        self.slip = [
+            transported(slip, c.history.normals, c.operators.normals.n) + c.slip
+            for slip, c in zip(self.slip, conditions, strict=True)
+        ]
         self.conditions = tuple(conditions)
 
     def accept_heat(
@@ -130,13 +131,13 @@ def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     histories = []
     for interface in discretisation.interfaces:
         operators = interface.contact.operators(interface.nodes.positions(0.0, ramp_end))
-        histories.append(ContactHistory(operators.D, operators.M))
+        histories.append(ContactHistory.at(operators))
     state = State(
         0.0,
         discretisation.system.x.array.copy(),
         [body.u.x.array.copy() for body in discretisation.system.bodies],
         tuple(histories),
-        [np.zeros(i.nodes.mesh.n_nonmortar) for i in discretisation.interfaces],
+        [np.zeros((i.nodes.mesh.n_nonmortar, i.nodes.mesh.dim)) for i in discretisation.interfaces],
     )
     if discretisation.heat is not None:
         initial = [theta.copy() for theta in discretisation.heat.initial]

@@ -50,6 +50,11 @@ class System(Unknowns):
         }
 
     @property
+    def dim(self) -> int:
+        """Dimension of space."""
+        return int(self.bodies[0].mesh.mesh.geometry.dim)
+
+    @property
     def axisymmetric(self) -> bool:
         """Whether the bodies stand around the axis x = 0; all forces are then in N, not N/m."""
         return self.bodies[0].axisymmetric

@@ -10,9 +10,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from contactfem.common.typing import Floats
-from contactfem.contact.state import MortarOperators
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
+from contactfem.mortar.mortar_operators import LineOperators
 from contactfem.mortar.operators import basis
 
 
@@ -36,7 +36,7 @@ def smallest_singular_value(
     return float(np.sqrt(max(values[0], 0.0)))
 
 
-def inf_sup(system: System, interface: Interface, operators: MortarOperators) -> float:
+def inf_sup(system: System, interface: Interface, operators: LineOperators) -> float:
     """Inf-sup constant of an interface in the present state of its bodies.
 
     Displacements are measured by the energy of the bulk tangent K, multipliers by the norm
@@ -57,7 +57,7 @@ def inf_sup(system: System, interface: Interface, operators: MortarOperators) ->
     n_global, mesh = system.numbering.n_global, interface.nodes.mesh
     K = sp.csr_matrix((data, indices, indptr), (n_global, n_global))
     own = sp.diags(operators.D, shape=(mesh.n_nonmortar, mesh.n_nodes))
-    pair = sp.eye(2)
+    pair = sp.eye(mesh.dim)
     B = sp.kron(own - operators.M, pair).tocoo()
     unknown = interface.nodes.unknown.ravel()
     at = unknown[B.col] >= 0
@@ -69,7 +69,7 @@ def inf_sup(system: System, interface: Interface, operators: MortarOperators) ->
     return smallest_singular_value(B[rows][:, present], K[present][:, present], S[rows][:, rows])
 
 
-def multiplier_norm(interface: Interface, operators: MortarOperators) -> sp.csr_matrix:
+def multiplier_norm(interface: Interface, operators: LineOperators) -> sp.csr_matrix:
     """S_jk = Σ_f h_f/E ∫ Φ_j Φ_k over the covered part of each facet, E the softer modulus.
 
     Args:

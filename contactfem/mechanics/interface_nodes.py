@@ -46,7 +46,7 @@ class InterfaceNodes:
         self.body[:n], self.vertex[:n] = nonmortar.body, nonmortar.surface.vertices
         if isinstance(mortar, BodySide):
             self.body[n:], self.vertex[n:] = mortar.body, mortar.surface.vertices
-        self.unknown = np.full((len(self.X), 2), -1, np.int64)
+        self.unknown = np.full(self.X.shape, -1, np.int64)
         self._sources = [_owned(system, nonmortar, 0)]
         if isinstance(mortar, BodySide):
             self._sources.append(_owned(system, mortar, n))
@@ -69,7 +69,7 @@ class InterfaceNodes:
         return self._rigid is not None
 
     def positions(self, t: float, ramp_end: float) -> Floats:
-        """Current positions of all nodes [m], (n, 2); collective.
+        """Current positions of all nodes [m], (n, dim); collective.
 
         Args:
             t: Time, for the motion of an obstacle [s].
@@ -93,7 +93,7 @@ class InterfaceNodes:
             first: Global number of the first of them.
 
         Returns:
-            (n_nonmortar, 2) on all ranks.
+            (n_nonmortar, dim) on all ranks.
         """
         local = self.unknown[: self.mesh.n_nonmortar] - first
         mine = self.mesh.free[: self.mesh.n_nonmortar] & (local >= 0) & (local < len(values))

@@ -46,6 +46,11 @@ class InterfaceMesh:
     shared: Bools | None = None
 
     @property
+    def dim(self) -> int:
+        """Dimension of space: 2 in the plane, around an axis as well."""
+        return int(self.X.shape[1])
+
+    @property
     def n_nodes(self) -> int:
         """Number of nodes on both surfaces."""
         return len(self.X)
@@ -60,10 +65,20 @@ class InterfaceMesh:
 
     @cached_property
     def neighbours(self) -> Ints:
-        """Previous and next nonmortar node of each, -1 at an end, shape (n_nonmortar, 2)."""
-        result = np.full((self.n_nonmortar, 2), -1, np.int64)
-        result[self.nonmortar[:, 1], 0] = self.nonmortar[:, 0]
-        result[self.nonmortar[:, 0], 1] = self.nonmortar[:, 1]
+        """Nonmortar nodes that an edge of a facet joins with each, -1 beyond the last, (n, most).
+
+        In the plane the previous node comes before the next.
+        """
+        pairs = _edges(self.nonmortar)
+        pairs = np.concatenate((pairs[:, ::-1], pairs))
+        _, first = np.unique(pairs, axis=0, return_index=True)
+        own, other = pairs[np.sort(first)].T
+        order = np.argsort(own, kind="stable")
+        own, other = own[order], other[order]
+        count = np.bincount(own, minlength=self.n_nonmortar)
+        place = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
+        result = np.full((self.n_nonmortar, int(count.max(initial=1))), -1, np.int64)
+        result[own, place] = other
         return result
 
 
@@ -130,6 +145,17 @@ def facet_lengths(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Sparse]:
             entries.append((np.repeat(ends[:, j], 2), columns.ravel(), value.ravel()))
     shape = (mesh.n_nonmortar, 2 * mesh.n_nodes)
     return full_lengths(mesh, x), Sparse.of_triplets(joined(entries), shape)
+
+
+def _edges(facets: Ints) -> Ints:
+    """Edges of facets, pairs of nodes (e, 2).
+
+    A facet of two nodes is one; of others each node and the next make one, if they differ.
+    """
+    if facets.shape[1] == 2:
+        return facets
+    pairs = np.stack((facets, np.roll(facets, -1, axis=1)), axis=2).reshape(-1, 2)
+    return np.asarray(pairs[pairs[:, 0] != pairs[:, 1]])
 
 
 Directions = Callable[[InterfaceMesh, Floats], tuple[Floats, Floats]]

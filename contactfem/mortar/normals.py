@@ -16,9 +16,10 @@ class NormalField:
     """Nodal unit normals of the nonmortar surface and their derivative.
 
     Attributes:
-        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, 2).
-        around: Previous node, the node itself and next node, itself at an end, (n_nonmortar, 3).
-        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, 2, 3, 2).
+        n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, dim).
+        around: Nodes that each depends on, (n_nonmortar, w); in the plane the previous node, the
+            node itself and the next, itself at an end. A node may stand there twice.
+        blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, dim, w, dim).
         n_nodes: Nodes of both surfaces.
     """
 
@@ -29,13 +30,10 @@ class NormalField:
 
     @cached_property
     def derivative(self) -> sp.csr_matrix:
-        """dn/dx [1/m], shape (2 n_nonmortar, 2 n_nodes)."""
-        return block_rows(self.blocks.reshape(-1, 2, 6), self.around, 2 * self.n_nodes)
-
-    @property
-    def tangent(self) -> Floats:
-        """Unit tangents τ = (n_y, -n_x) [-], shape (n_nonmortar, 2)."""
-        return np.column_stack((self.n[:, 1], -self.n[:, 0]))
+        """dn/dx [1/m], shape (dim n_nonmortar, dim n_nodes)."""
+        dim, width = self.n.shape[1], self.around.shape[1]
+        blocks = self.blocks.reshape(-1, dim, width * dim)
+        return block_rows(blocks, self.around, dim * self.n_nodes)
 
 
 def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
@@ -59,9 +57,8 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     held = mesh.has_multiplier & ~free.all(1)
     n[held] = np.where(free[held], np.sign(n[held]) + (n[held] == 0.0), 0.0)
     blocks[held] = 0.0
-    own = np.arange(mesh.n_nonmortar)
-    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
-    around = np.column_stack((sides[:, 0], own, sides[:, 1]))
+    around = np.repeat(np.arange(mesh.n_nonmortar)[:, None], 3, axis=1)
+    around[mesh.nonmortar[:, 1], 0], around[mesh.nonmortar[:, 0], 2] = mesh.nonmortar.T
     return NormalField(n, around, blocks, mesh.n_nodes)
 
 
@@ -91,3 +88,14 @@ def _given_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:
     blocks = np.zeros((mesh.n_nonmortar, 2, 3, 2))
     blocks[:, :, 1] = by_own
     return n, blocks
+
+
+def line_tangents(normals: Floats) -> Floats:
+    """Unit tangents τ = (n_y, -n_x) of a surface in the plane, (n, 2).
+
+    Traction and slip are vectors; tables of plane interfaces give them a sign along τ.
+
+    Args:
+        normals: Unit normals, (n, 2).
+    """
+    return np.column_stack((normals[:, 1], -normals[:, 0]))

@@ -4,13 +4,13 @@ import numpy as np
 
 from contactfem.case.schema import Case
 from contactfem.common.typing import Floats, Ints
-from contactfem.contact.rim import edge_values
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import gather_vertex_values
 from contactfem.fem.nodal_average import nodal_average
 from contactfem.laws.active_set import Status
 from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import line_tangents
 from contactfem.results.data import BodyPicture, InterfaceTable, SurfaceHeat
 
 STRESS = ("stress.xx", "stress.yy", "stress.zz", "stress.xy", "stress.yz", "stress.xz")
@@ -146,7 +146,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     for k, (interface, c) in enumerate(pairs):
         mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
         op = c.operators
-        pressure, traction = edge_values(c)
+        pressure, tau = c.pressure, line_tangents(op.normals.n)
         status = np.where(mesh.has_multiplier, c.status, Status.NONE).astype(np.int8)
         mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
@@ -159,11 +159,11 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 arc=_arc(mesh, op.x),
                 gap=np.where(np.isfinite(op.gap), op.gap, np.nan),
                 pressure=pressure,
-                traction=traction,
-                slip=state.slip[k],
+                traction=np.einsum("ji,ji->j", c.traction, tau),
+                slip=np.einsum("ji,ji->j", state.slip[k], tau),
                 status=status,
                 coverage=op.coverage,
-                facet_length=op.length,
+                facet_length=op.size,
                 depth=op.depth,
                 facets=mesh.nonmortar,
                 mortar_x=op.x[mortar],

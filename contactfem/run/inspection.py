@@ -188,9 +188,9 @@ class Inspector:
         result = []
         for interface, c in zip(self.discretisation.interfaces, conditions, strict=True):
             sides = self._case.interfaces[interface.name]
-            mesh, bound = interface.nodes.mesh, c.limit.value * c.operators.D
+            mesh, bound = interface.nodes.mesh, c.bound.value * c.operators.D
             carries = mesh.has_multiplier & (mesh.basis == "dual")  # else forces are shared
-            compliance = np.maximum(interface.contact.law.normal_compliance, c.kappa)
+            compliance = np.maximum(interface.contact.law.normal_compliance, c.edge.compliance)
             result.append(
                 ContactForces(
                     interface.name,
@@ -200,9 +200,9 @@ class Inspector:
                     c.operators.normals.n,
                     -c.nodal_forces(),
                     np.where(carries, np.where(c.active, bound, 0.0), np.inf),
-                    c.slip,
-                    c.history.D * c.traction * c.plastic_slip,
-                    np.where(c.active, compliance * np.abs(c.pressure), 0.0),
+                    np.linalg.norm(c.slip, axis=1),
+                    c.dissipation,
+                    np.where(c.active, compliance * np.abs(c.multiplier.pressure), 0.0),
                 )
             )
         return tuple(result)

@@ -358,8 +358,7 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        seen = np.isfinite(operators.gap) & interface.nodes.mesh.has_multiplier
-        return initial_active_set(operators.gap, operators.length, seen, k in self.alone)
+        return initial_active_set(operators, k in self.alone)
 
     def _accept(
         self,
@@ -371,9 +370,7 @@ class Loop:
         errors: ErrorStep | None,
     ) -> StepReport:
         conditions = self.solver.conditions if self.solver is not None else []
-        dissipation = float(
-            sum(np.sum(c.history.D * c.traction * c.plastic_slip) for c in conditions)
-        )
+        dissipation = float(sum(np.sum(c.dissipation) for c in conditions))
         repeatable = self.adaptation is not None and self.adaptation.repeats
         self.before = copy.copy(self.state) if repeatable else None
         self.state.accept(self.state.t + dt, self.discretisation, conditions)

@@ -4,9 +4,10 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.contact.state import ContactState
 from contactfem.laws.active_set import Status
-from contactfem.mechanics.condensed import Interface
+from contactfem.mechanics.contact_equations import Interface
 
 SHOWN = 4  # nodes named in a message
 
@@ -38,7 +39,7 @@ def explain(
                 f"({law.friction}), and then there is no equilibrium; lower the load, or prescribe "
                 "a motion instead of it"
             )
-        if course and not (course[-1].pressure[course[-1].active] > 0.0).any():
+        if course and not (course[-1].multiplier.pressure[course[-1].active] > 0.0).any():
             return (
                 f"contact at '{interface.name}' is lost, and nothing else holds the body there: "
                 "the load may pull it off; hold the body by a condition, or change the load"
@@ -62,12 +63,11 @@ def _only_slips(c: ContactState) -> bool:
 
 def _flips(name: str, old: ContactState, new: ContactState) -> str:
     """Nodes of one interface whose status changed in the last iteration."""
-    nodes = np.flatnonzero((old.status != new.status) | (old.direction != new.direction))
+    nodes = np.flatnonzero(new.active_set.differs_from(old.active_set))
     if not len(nodes):
         return ""
     shown = [
-        f"node {j} at ({new.operators.x[j, 0]:.6g}, {new.operators.x[j, 1]:.6g}) m "
-        f"{_word(old, j)} -> {_word(new, j)}"
+        f"node {j} at ({_listed(new.operators.x[j], '.6g')}) m {_word(old, j)} -> {_word(new, j)}"
         for j in map(int, nodes[:SHOWN])
     ]
     more = f" and {len(nodes) - SHOWN} more" if len(nodes) > SHOWN else ""
@@ -76,8 +76,13 @@ def _flips(name: str, old: ContactState, new: ContactState) -> str:
 
 def _word(c: ContactState, node: int) -> str:
     """Status of a node, with the direction of its slip."""
-    sign = {1.0: "+", -1.0: "-"}.get(float(c.direction[node]), "")
-    return Status(int(c.status[node])).name.lower() + sign
+    direction, word = c.active_set.direction[node], Status(int(c.status[node])).name.lower()
+    return f"{word} along ({_listed(direction, '.2f')})" if direction.any() else word
+
+
+def _listed(values: Floats, form: str) -> str:
+    """Numbers with commas between them."""
+    return ", ".join(f"{value + 0.0:{form}}" for value in values)
 
 
 WITHOUT_SLIP = 0.01  # of the normal force of an interface that may stand on nodes without slip
@@ -100,8 +105,8 @@ def trust_check(interfaces: Sequence[Interface], conditions: Sequence[ContactSta
     for interface, c in zip(interfaces, conditions, strict=True):
         if not interface.contact.law.has_friction:
             continue
-        force = np.where(c.active, c.operators.D * np.abs(c.pressure), 0.0)
-        lost = (c.history.D <= 0.0) & (c.direction == 0.0)
+        force = np.where(c.active, c.operators.D * np.abs(c.multiplier.pressure), 0.0)
+        lost = (c.history.D <= 0.0) & ~c.active_set.direction.any(axis=1)
         share = force[lost].sum() / force.sum() if force.any() else 0.0
         if share > WITHOUT_SLIP:
             return (

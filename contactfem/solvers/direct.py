@@ -6,8 +6,8 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.mechanics.condensed import Condensed
-from contactfem.solvers.interface import Iterate
+from contactfem.mechanics.contact_equations import ContactEquations
+from contactfem.solvers.interface import Iterate, SupportForces
 
 MUMPS = {
     "ksp_type": "preonly",
@@ -23,69 +23,54 @@ PIVOTING = {"mat_mumps_icntl_14": "200"}
 
 
 class Direct:
-    """Residuals and linear systems of Newton's method for a system with contact.
+    """The whole tangent, factorised in every iteration.
 
     Args:
-        equations: The system.
+        equations: The equations.
         options: PETSc options for the linear solver, over the defaults.
         timers: Where time is booked.
 
     Attributes:
         options: PETSc options that it needs.
-        parts: Residuals of the bodies' local dofs at the last state [N/m].
-        failure: Why the last linear system had no solution, in words; else empty.
+        reuses: Never.
+        failure: Empty: PETSc raises its errors.
     """
 
-    def __init__(self, equations: Condensed, options: Mapping[str, str], timers: Timers) -> None:
-        self.equations, self.system, self.timers = equations, equations.system, timers
-        kept = len(self.system.numbering.multipliers) > 0
-        self.options = MUMPS | (PIVOTING if kept else {}) | dict(options)
-        self.parts: list[Floats] = []
-        self.failure = ""
+    def __init__(
+        self, equations: ContactEquations, options: Mapping[str, str], timers: Timers
+    ) -> None:
+        self._equations, self._system, self._timers = equations, equations.system, timers
+        pivoting = {} if equations.eliminates_multipliers else PIVOTING
+        self.options: Mapping[str, str] = MUMPS | pivoting | dict(options)
+        self.reuses, self.failure = False, ""
+        self._ksp: PETSc.KSP | None = None
 
     def attach(self, snes: PETSc.SNES) -> PETSc.Mat:
-        """Prepare the solver, after its options; returns a matrix to start with."""
+        """As said of every `LinearSolver`."""
         self._ksp = snes.ksp
-        return self.system.create_matrix(self.system.pattern)
+        return self._system.create_matrix(self._system.pattern)
 
     def begin(self) -> None:
-        """Begin a new solve."""
-        self.failure = ""
+        """As said of every `LinearSolver`."""
 
-    def residual(self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]) -> None:
-        """Residual without contact at some unknowns, which the bodies take over; collective.
-
-        Args:
-            x: The unknowns.
-            out: Receives the residual [N/m].
-            jumps: Of `System.advance` in the first iteration, else all None.
-        """
-        self.system.spread(x)
-        self.parts = self.system.residual(out, jumps)
-
-    def reactions(self) -> list[float]:
-        """Resultant of every prescribed motion on its body at the last state [N/m]; collective."""
-        return self.system.reactions(self.parts)
-
-    def supports(self) -> Floats:
-        """What prescribed motions exert on each body [N/m], (bodies, axes); collective."""
-        return self.system.supports(self.parts)
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
+        """As said of every `LinearSolver`."""
+        self._system.spread(x)
+        parts = self._system.residual(out, jumps)
+        return SupportForces(self._system.reactions(parts), self._system.supports(parts))
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
-        """Operator of the next linear system, the tangent over the damping; collective.
-
-        It is factorised here, so that the time is booked.
-        """
-        with self.timers.book("contact.pattern"):
-            self.equations.prepare(at.conditions)
-        self.equations.fill(at.conditions, at.jumps)
-        A = self.equations.tangent()
+        """As said of every `LinearSolver`."""
+        A = self._equations.linearise(at.states, at.jumps)
         if at.damping < 1.0:
             A.scale(1.0 / at.damping)
+        assert self._ksp is not None
         self._ksp.setOperators(A, A)
-        with self.timers.book("factorisation"):
+        with self._timers.book("factorisation"):
             self._ksp.setUp()
         return A
 
     def finish(self, x: PETSc.Vec) -> None:
-        """Complete the unknowns of a solution; collective."""
+        """The unknowns are complete."""

@@ -4,38 +4,53 @@ All ranks solve the same dense systems over the unknowns of the interfaces; vect
 unknowns are this rank's owned part.
 """
 
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
 import numpy as np
 
 from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.mechanics.condensed import Condensed
-from contactfem.solvers.direct import Direct
-from contactfem.solvers.interface_system import InterfaceSystem, interface_unknowns
+from contactfem.mechanics.contact_equations import ContactEquations
+from contactfem.solvers.interface_system import (
+    InterfaceMatrix,
+    InterfaceSystem,
+    interface_unknowns,
+)
 from contactfem.solvers.substructuring import gathered
 
 
-class InterfaceSolver(Direct):
+class InterfaceSolver(ABC):
     """Linear systems over the unknowns of the interfaces.
 
     Args:
-        equations: The system, condensed, with interfaces.
+        equations: The equations, with multipliers eliminated and with interfaces.
         timers: Where time is booked.
+
+    Attributes:
+        options: None are needed.
+        reuses: Always.
+        failure: Why the last linear system had no solution, in words; else empty.
+        unknowns: Of the interfaces, ascending.
+        owned: Those of them that this rank owns, among its unknowns.
     """
 
-    def __init__(self, equations: Condensed, timers: Timers) -> None:
-        super().__init__(equations, {}, timers)
-        self.options = {}
-        numbering, comm = self.system.numbering, self.system.comm
+    def __init__(self, equations: ContactEquations, timers: Timers) -> None:
+        self.options: Mapping[str, str] = {}
+        self.reuses, self.failure = True, ""
+        self._system, self._timers = equations.system, timers
+        numbering, comm = self._system.numbering, self._system.comm
         self.unknowns = interface_unknowns(equations.interfaces)
-        self.matrix = InterfaceSystem(
+        self._interfaces = InterfaceSystem(
             equations.interfaces, self.unknowns, numbering.n_global, timers
         )
-        self.damping = 1.0
+        self._matrix: InterfaceMatrix | None = None
+        self._damping = 1.0
         size = (numbering.n_local, numbering.n_global)
-        self.operator = PETSc.Mat().createPython((size, size), self, comm=comm)
-        self.operator.setUp()
+        self._operator = PETSc.Mat().createPython((size, size), self, comm=comm)
+        self._operator.setUp()
         at = self.unknowns - numbering.first
         self._mine = np.flatnonzero((at >= 0) & (at < numbering.n_local))
         self.owned = at[self._mine]
@@ -46,7 +61,7 @@ class InterfaceSolver(Direct):
         pc = snes.ksp.getPC()
         pc.setType(PETSc.PC.Type.PYTHON)
         pc.setPythonContext(self)
-        return self.operator
+        return self._operator
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, y: PETSc.Vec) -> None:
         """Newton's step y for a residual b; none where the system is singular."""
@@ -54,36 +69,42 @@ class InterfaceSolver(Direct):
         if self.failure:
             return
         try:
-            y.array[:] = self.damping * self.step(b.array_r)
+            y.array[:] = self._damping * self.step(b.array_r)
         except np.linalg.LinAlgError:
             # an exception must not pass through PETSc, which would keep its vectors locked
             self.failure = "the system of the interfaces is singular"
 
+    @abstractmethod
     def step(self, residual: Floats) -> Floats:
         """Newton's step for a residual, undamped, (n_local,)."""
-        raise NotImplementedError
 
     def gathered(self, owned: Floats) -> Floats:
         """Values at `unknowns`, the same on all ranks, from those of this rank's; collective."""
-        return gathered(self.system, owned, self.unknowns)
+        return gathered(self._system, owned, self.unknowns)
 
     def put(self, owned: Floats, values: Floats) -> None:
         """Write values at `unknowns` into those of this rank's unknowns."""
         owned[self.owned] = values[self._mine]
 
+    def _take(self, matrix: InterfaceMatrix, damping: float) -> PETSc.Mat:
+        """Solve with a matrix from now on; returns the operator that PETSc sees."""
+        self._matrix, self._damping = matrix, damping
+        return self._operator
+
     def solve(self, forces: Floats, right: Floats) -> Floats:
-        """What `matrix.solve` finds, the same to the last digit on all ranks; collective.
+        """What `InterfaceMatrix.solve` finds, to the last digit the same on all ranks; collective.
 
         Raises:
             LinAlgError: The system is singular, on all ranks.
         """
         found: Floats | None = None
-        if self.system.comm.rank == 0:
+        if self._system.comm.rank == 0:
+            assert self._matrix is not None
             try:
-                found = self.matrix.solve(forces, right)
+                found = self._matrix.solve(forces, right)
             except np.linalg.LinAlgError:
                 found = None
-        found = self.system.comm.bcast(found)
+        found = self._system.comm.bcast(found)
         if found is None:
             raise np.linalg.LinAlgError
         return np.asarray(found)

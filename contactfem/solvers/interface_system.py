@@ -1,8 +1,10 @@
 """Newton's matrix on the interface unknowns, dense."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from mpi4py import MPI
 
@@ -10,9 +12,10 @@ from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.state import ContactState
 from contactfem.contact.tangent import linearise
-from contactfem.mechanics.condensed import Interface, contact_rows
+from contactfem.mechanics.condensed import contact_rows, row_scales
+from contactfem.mechanics.contact_equations import Interface
 from contactfem.mortar.sparse import Sparse, Triplets, joined
-from contactfem.solvers.dense_elimination import Elimination, solve
+from contactfem.solvers.dense_elimination import Elimination, SchurComplement, solve
 
 MARGIN = 8  # nodes along a surface, beside those that contact touches, that it may touch next
 
@@ -21,6 +24,60 @@ def interface_unknowns(interfaces: Sequence[Interface]) -> Ints:
     """Unknowns of the nodes of some interfaces, ascending."""
     numbers = np.concatenate([i.nodes.unknown.ravel() for i in interfaces])
     return np.asarray(np.unique(numbers[numbers >= 0]))
+
+
+@dataclass(frozen=True)
+class _Transfer:
+    """T: contact takes some rows of bulk forces away and moves shares of them to others.
+
+    Attributes:
+        taken: Rows that are taken away.
+        rows: Rows that get shares.
+        shares: Of all rows, (rows, left).
+    """
+
+    taken: Ints
+    rows: Ints
+    shares: sp.csr_matrix
+
+    def __call__(self, forces: Floats) -> Floats:
+        """T times rows of bulk forces, (left,) or (left, m)."""
+        result = forces.copy()
+        result[self.taken] = 0.0
+        result[self.rows] += self.shares @ forces
+        return result
+
+
+@dataclass(frozen=True)
+class InterfaceMatrix:
+    """T S + C at one state of contact, on the unknowns that are not eliminated.
+
+    Attributes:
+        rest: Elimination of the others.
+        transfer: T.
+        values: The matrix, (left, left); `solve` factorises it in place.
+    """
+
+    rest: Elimination
+    transfer: _Transfer
+    values: Floats
+
+    def solve(self, forces: Floats, right: Floats) -> Floats:
+        """Solve (T S + C) x = T forces + right, once.
+
+        Args:
+            forces: Bulk forces, (n,).
+            right: Residual with contact, (n,).
+
+        Returns:
+            x, (n,).
+
+        Raises:
+            LinAlgError: The matrix is singular.
+        """
+        inner = self.rest.condense(forces, forces + right)
+        reduced = self.transfer(inner.left) + right[self.rest.left]
+        return self.rest.expand(solve(self.values, reduced), inner)
 
 
 class InterfaceSystem:
@@ -48,67 +105,47 @@ class InterfaceSystem:
         self._at = [place[i.nodes.unknown.ravel()] for i in interfaces]
         self._rest: Elimination | None = None
 
-    def fill(self, S: Floats, conditions: Sequence[ContactState]) -> None:
-        """Take the contact of a state; collective.
+    def matrix(self, S: SchurComplement, states: Sequence[ContactState]) -> InterfaceMatrix:
+        """The matrix at a state of contact; collective.
 
         Args:
-            S: Schur complement on the unknowns, (n, n); the same array as long as it is the same.
-            conditions: Of every interface.
+            S: Schur complement on the unknowns.
+            states: Of every interface.
         """
         with self._timers.book("contact.tangent"):
             tangents = [
-                linearise(interface.contact, c)
-                for interface, c in zip(self._interfaces, conditions, strict=True)
+                linearise(interface.contact, c, row_scales(interface, c))
+                for interface, c in zip(self._interfaces, states, strict=True)
             ]
         with self._timers.book("contact.elimination"):
             taken, shares, added = [], [], []
             for k, interface in enumerate(self._interfaces):
-                rows = contact_rows(interface, conditions[k], tangents[k])
+                rows = contact_rows(interface, states[k], tangents[k])
                 target, replaced = self._place[rows.targets], self._place[rows.replaced]
                 taken.append(replaced)
                 shares.append(_placed(rows.by_force, target, replaced))
                 added.append(_placed(rows.by_position, target, self._at[k]))
             C = _of_all_ranks(self._comm, joined(added))
-            self._assemble(S, np.concatenate(taken), joined(shares), C)
+            return self._assembled(S, np.concatenate(taken), joined(shares), C)
 
-    def _assemble(self, S: Floats, taken: Ints, shares: Triplets, C: Triplets) -> None:
+    def _assembled(
+        self, S: SchurComplement, taken: Ints, shares: Triplets, C: Triplets
+    ) -> InterfaceMatrix:
         """The matrix on the unknowns that are left."""
         used = np.zeros(self._n, bool)
         for numbers in (taken, shares[0], C[0], C[1]):
             used[numbers] = True
-        if self._rest is None or not self._rest.serves(S, used):
+        if self._rest is None or not self._rest.is_reusable(S, used):
             self._rest = Elimination(S, self._with_margin(used))
         number, left = self._rest.number, len(self._rest.left)
         row, column, value = shares
-        self._taken = number[taken]
-        self._row, at = np.unique(number[row], return_inverse=True)
-        shape = (len(self._row), left)
-        self._shares = Sparse.of_triplets((at, number[column], value), shape).scipy()
-        self.matrix = self._moved(self._rest.S)
+        rows, at = np.unique(number[row], return_inverse=True)
+        moved = Sparse.of_triplets((at, number[column], value), (len(rows), left)).scipy()
+        transfer = _Transfer(number[taken], np.asarray(rows), moved)
+        matrix = transfer(self._rest.S)
         place = number[C[0]] * left + number[C[1]]
-        self.matrix += np.bincount(place, C[2], left**2).reshape(left, left)
-
-    def solve(self, forces: Floats, right: Floats) -> Floats:
-        """Solve (T S + C) x = T forces + right.
-
-        Args:
-            forces: Bulk forces, (n,).
-            right: Residual with contact, (n,).
-
-        Returns:
-            x, (n,).
-        """
-        assert self._rest is not None
-        inner = self._rest.condense(forces, forces + right)
-        reduced = self._moved(inner) + right[self._rest.left]
-        return self._rest.expand(solve(self.matrix, reduced))
-
-    def _moved(self, forces: Floats) -> Floats:
-        """T times rows of bulk forces, (left,) or (left, m)."""
-        result = forces.copy()
-        result[self._taken] = 0.0
-        result[self._row] += self._shares @ forces
-        return result
+        matrix += np.bincount(place, C[2], left**2).reshape(left, left)
+        return InterfaceMatrix(self._rest, transfer, matrix)
 
     def _with_margin(self, used: Bools) -> Ints:
         """Unknowns of the nodes that contact touches and of others beside them."""
@@ -117,11 +154,12 @@ class InterfaceSystem:
             known = at >= 0
             touched = np.zeros(len(at), bool)
             touched[known] = result[at[known]]
-            near: Bools = np.asarray(touched.reshape(-1, 2).any(axis=1))
+            dim = interface.nodes.mesh.dim
+            near: Bools = np.asarray(touched.reshape(-1, dim).any(axis=1))
             for facets in (interface.nodes.mesh.nonmortar, interface.nodes.mesh.mortar):
                 for _ in range(MARGIN):
                     near[facets[near[facets].any(axis=1)]] = True
-            result[at[known & np.repeat(near, 2)]] = True
+            result[at[known & np.repeat(near, dim)]] = True
         return np.flatnonzero(result)
 
 

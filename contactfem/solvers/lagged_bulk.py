@@ -14,8 +14,9 @@ from petsc4py import PETSc
 
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats
-from contactfem.mechanics.condensed import Condensed
-from contactfem.solvers.interface import Iterate
+from contactfem.mechanics.contact_equations import ContactEquations
+from contactfem.solvers.dense_elimination import SchurComplement
+from contactfem.solvers.interface import Iterate, SupportForces
 from contactfem.solvers.interface_solver import InterfaceSolver
 from contactfem.solvers.substructuring import Substructure
 
@@ -24,48 +25,60 @@ class LaggedBulk(InterfaceSolver):
     """Linear systems with the bulk of an earlier iteration.
 
     Args:
-        equations: The system, condensed, with interfaces.
+        equations: The equations, with multipliers eliminated and with interfaces.
         timers: Where time is booked.
 
     Attributes:
         bulk: The bulk, condensed.
     """
 
-    def __init__(self, equations: Condensed, timers: Timers) -> None:
+    def __init__(self, equations: ContactEquations, timers: Timers) -> None:
         super().__init__(equations, timers)
-        self.bulk = Substructure(self.system, self.system.numbering.unknown, self.unknowns)
-        self._new = self._unsolved = True
+        unknown = self._system.numbering.unknown
+        self.bulk = Substructure(self._system, unknown, self.unknowns)
+        self._S: SchurComplement | None = None  # None where a new one is needed
+        self._solved = False
 
     def begin(self) -> None:
         """Begin a new solve, with a new factor if the last one failed."""
-        super().begin()
-        self._new, self._unsolved = self._new or self._unsolved, True
+        self.failure = ""
+        if not self._solved:
+            self._S = None
+        self._solved = False
+
+    def residual(
+        self, x: PETSc.Vec, out: PETSc.Vec, jumps: Sequence[Floats | None]
+    ) -> SupportForces:
+        """As said of every `LinearSolver`."""
+        self._system.spread(x)
+        parts = self._system.residual(out, jumps)
+        return SupportForces(self._system.reactions(parts), self._system.supports(parts))
 
     def finish(self, x: PETSc.Vec) -> None:
         """The unknowns are complete."""
-        self._unsolved = False
+        self._solved = True
 
     def linearise(self, at: Iterate) -> PETSc.Mat:
-        """As that of `Direct`, with a bulk that is only renewed where it is worth it.
+        """As said of every `LinearSolver`, with a bulk that is only renewed where it is worth it.
 
-        Not while the contact status changes: what the residual does then is not the bulk's doing.
+        Not while the active set changes: what the residual does then is not the bulk's doing.
         """
-        if self._new or (at.settled and should_refactorise(at.residuals, at.tolerance)):
-            with self.timers.book("assembly"):
+        if self._S is None or (at.settled and should_refactorise(at.residuals, at.tolerance)):
+            with self._timers.book("assembly"):
                 self.bulk.assemble(at.jumps)
-            with self.timers.book("factorisation"):
-                self._renew()
-        self.matrix.fill(self.bulk.S, at.conditions)
-        self.damping = at.damping
-        return self.operator
+            with self._timers.book("factorisation"):
+                self._S = self._new_factor()
+        if self._S is None:
+            return self._operator
+        return self._take(self._interfaces.matrix(self._S, at.states), at.damping)
 
-    def _renew(self) -> None:
+    def _new_factor(self) -> SchurComplement | None:
         """Factorise the bulk tangent; the next linear system asks again if that fails."""
         try:
-            self.bulk.factorise()
-            self._new = False
+            return self.bulk.factorise()
         except PETSc.Error as error:
-            self._new, self.failure = True, f"no factor of the bulk (PETSc error {error.ierr})"
+            self.failure = f"no factor of the bulk (PETSc error {error.ierr})"
+            return None
 
     def step(self, residual: Floats) -> Floats:
         """Newton's step with the bulk as it was."""

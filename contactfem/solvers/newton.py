@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,25 +17,20 @@ from contactfem.fem.compat import unlock
 from contactfem.fem.petsc_options import MECHANICS, configure
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
-from contactfem.mechanics.condensed import Condensed, Interface
-from contactfem.mechanics.saddle_point import Saddle
-from contactfem.solvers.choice import linear_solver
+from contactfem.mechanics.contact_equations import Interface
+from contactfem.solvers.choice import contact_equations, linear_solver
+from contactfem.solvers.convergence import (
+    CONVERGED,
+    DIVERGED_LINEAR,
+    STALLED,
+    TURNED_OVER,
+    Convergence,
+    Criteria,
+    Outcome,
+)
 from contactfem.solvers.diagnosis import trust_check
-from contactfem.solvers.direct import Direct
-from contactfem.solvers.interface import Iterate
+from contactfem.solvers.interface import Iterate, SupportForces
 
-CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5
-# Residual that round-off leaves, over stiffness times size: always reached, and where it may stall
-ROUND_OFF, STALLED = 4 * np.finfo(float).eps, 64 * np.finfo(float).eps
-TURNED_OVER = (
-    "the residual is not a number: a cell was turned inside out (shorter steps or other facets "
-    "where it happens may help)"
-)
-UNSETTLED = (
-    ", as the contact status does not settle (shorter steps may help, or a c_factor of the "
-    "interface and its friction nearer to 1)"
-)
-LOST = 4  # iterations without the contact that alone holds a body after which it has flown away
 AUGMENTATIONS = 40  # passes of an augmented Lagrangian at most
 AUGMENTED_GAP = 1e-8  # penetration and slip that may stay, over the facet length
 
@@ -105,20 +101,59 @@ class NewtonSolver:
         reuse: bool = False,
     ) -> None:
         self.system, self.timers = system, timers
-        kept = len(system.numbering.multipliers) > 0
-        self.equations = (Saddle if kept else Condensed)(system, interfaces, timers)
+        self.equations = contact_equations(system, interfaces, timers)
         self.linear = linear_solver(self.equations, options, timers, reuse)
         self.tolerance, self.max_iterations = tolerance, max_iterations
         with timers.book("jit"):
             for body in system.bodies:
                 body.compile()
         self._stiffness = _stiffness(system)
+        self._bulk = system.x.duplicate()
+        self._run: _Run | None = None
         self._snes = self._create()
 
     @property
     def reuses(self) -> bool:
         """Whether a factor may serve longer than one iteration."""
-        return type(self.linear) is not Direct
+        return self.linear.reuses
+
+    @property
+    def conditions(self) -> list[ContactState]:
+        """Contact state of every interface at the last iteration; empty before the first."""
+        return self.history[-1] if self.history else []
+
+    @property
+    def history(self) -> list[list[ContactState]]:
+        """Contact state of every interface at every iteration of the last solve."""
+        return [] if self._run is None else self._run.states
+
+    def reactions(self) -> list[float]:
+        """Resultant of every prescribed motion on its body at the last iteration [N/m].
+
+        Contact forces on prescribed nodes are carried by their support as well.
+        """
+        result = [] if self._run is None else list(self._run.supports.reactions)
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes, force = interface.nodes, c.nodal_forces()
+            for k, p in enumerate(self.system.prescribed):
+                at = (nodes.body == p.body) & np.isin(nodes.vertex, p.vertices)
+                result[k] += float(force[at, p.component].sum())
+        return result
+
+    def supports(self) -> Floats:
+        """What prescribed motions exert on each body at the last iteration [N/m], (bodies, dim)."""
+        result = self._running.supports.by_body.copy()
+        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
+            nodes = interface.nodes
+            carried = np.where(nodes.unknown < 0, c.nodal_forces(), 0.0)
+            at = nodes.body >= 0
+            np.add.at(result, nodes.body[at], carried[at])
+        return result
+
+    @property
+    def round_off(self) -> float:
+        """Force that round-off may leave over in a body [N/m]."""
+        return float(STALLED * self._stiffness * np.sqrt(self.system.numbering.n_global))
 
     def _create(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.system.comm)
@@ -167,25 +202,22 @@ class NewtonSolver:
         for k, (interface, c) in enumerate(
             zip(self.equations.interfaces, self.conditions, strict=True)
         ):
-            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.length)
+            better = interface.contact.augmented(c, AUGMENTED_GAP * c.operators.size)
             histories[k] = better or histories[k]
             improved |= better is not None
-        starts = tuple(ActiveSet(c.status, c.direction) for c in self.conditions)
+        starts = tuple(c.active_set for c in self.conditions)
         new = replace(step, histories=tuple(histories), starts=starts, known=True)
         return new if improved else None
 
     def _solve_once(self, step: StepInput) -> SolveReport:
         """One run of Newton's method."""
-        self._step, self._reason = step, ""
-        self._seen: dict[bytes, int] = {}
-        self._residuals: list[float] = []
-        self._statuses: list[bytes] = []
-        self.history: list[list[ContactState]] = []
-        self.conditions: list[ContactState] = []
-        self._first_jumps = self.system.advance(step.t, step.ramp_end)
-        self._evaluations = 0
+        criteria = Criteria(
+            self.tolerance, self.max_iterations, self._stiffness, step.known, step.alone
+        )
+        jumps = self.system.advance(step.t, step.ramp_end)
+        self._run = run = _Run(step, Convergence(criteria), jumps)
         self.linear.begin()
-        self._solve_started = 0.0
+        residuals = run.convergence.residuals
         try:
             with self.timers.book("newton"):
                 self._snes.solve(None, self.system.x)
@@ -194,46 +226,48 @@ class NewtonSolver:
             reason = f"linear solver failed (PETSc error {error.ierr}): {why}"
             unlock(self.system.x)
             self._snes = self._create()  # the old one keeps vectors of its own locked
-            return SolveReport(False, reason, len(self._residuals) - 1, tuple(self._residuals))
+            return SolveReport(False, reason, len(residuals) - 1, tuple(residuals))
         code = self._snes.getConvergedReason()
         if converged := code == CONVERGED:
             with self.timers.book("newton"):
                 self.linear.finish(self.system.x)
-        elif not self._reason and not np.isfinite(self._snes.getFunction()[0].norm()):
-            self._reason = TURNED_OVER  # newer versions of PETSc do not ask our test then
-        reason = self._reason or f"PETSc SNES reason {code}"
-        reason = "" if converged else f"{reason}; {self._reached()}"
-        return SolveReport(converged, reason, len(self._residuals) - 1, tuple(self._residuals))
+        elif not run.reason and not np.isfinite(self._snes.getFunction()[0].norm()):
+            run.reason = TURNED_OVER  # newer versions of PETSc do not ask our test then
+        reason = run.reason or f"PETSc SNES reason {code}"
+        reason = "" if converged else f"{reason}; {run.convergence.reached()}"
+        return SolveReport(converged, reason, len(residuals) - 1, tuple(residuals))
 
-    def _reached(self) -> str:
-        """How far the residual got."""
-        found = [residual for residual in self._residuals if np.isfinite(residual)]
-        if not found:
-            return "no residual before that"
-        last = f"the last residual is {found[-1]:.1e}, the smallest {min(found):.1e}"
-        return f"{last}, and {self.tolerance:.0e} is asked for"
+    @property
+    def _running(self) -> "_Run":
+        """The solve that PETSc asks about."""
+        if self._run is None:
+            raise RuntimeError("no solve has begun")
+        return self._run
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, out: PETSc.Vec) -> None:
         """Residual with contact."""
-        first = self._evaluations == 0
+        run = self._running
+        first = not run.states
         if not first:  # between the factorisation and here SNES did one solve and one update
-            self.timers.add("solve", time.perf_counter() - self._solve_started)
-        self._evaluations += 1
+            self.timers.add("solve", time.perf_counter() - run.solve_started)
+            run.jumps = [None] * len(self.system.bodies)
         with self.timers.book("residual"):
-            self._jumps = self._first_jumps if first else [None] * len(self.system.bodies)
-            self.linear.residual(x, out, self._jumps)
+            run.supports = self.linear.residual(x, self._bulk, run.jumps)
         with self.timers.book("contact.conditions"):
-            positions = self.positions()
-            starts = self._step.starts if first else (None,) * len(positions)
-            found = self.equations.evaluate(positions, self._step.histories, starts, out)
-            self._kept = self._lost(found)
-            rather = self._kept | self._reversed(found)
+            step = run.step
+            positions = [
+                i.nodes.positions(step.t, step.ramp_end) for i in self.equations.interfaces
+            ]
+            starts = step.starts if first else (None,) * len(positions)
+            evaluate = partial(self.equations.evaluate, positions, step.histories)
+            found = evaluate(starts, self._bulk, out)
+            kept = self._lost(found)
+            rather = kept | self._reversed(found)
             if rather:
                 starts = tuple(rather.get(k, starts[k]) for k in range(len(starts)))
-                self.equations.bulk.copy(out)
-                found = self.equations.evaluate(positions, self._step.histories, starts, out)
-            self.conditions = found
-            self.history.append(found)
+                found = evaluate(starts, self._bulk, out)
+            run.contact_kept = bool(kept)
+            run.states.append(found)
 
     def _lost(self, found: Sequence[ContactState]) -> dict[int, ActiveSet]:
         """Interfaces that alone hold a body and have just lost all contact, by their number.
@@ -241,9 +275,9 @@ class NewtonSolver:
         For one iteration more they keep the contact they had: without it the body would be free.
         """
         return {
-            k: ActiveSet(before.status, before.direction)
+            k: before.active_set
             for k, (before, now) in enumerate(zip(self.conditions, found, strict=False))
-            if k in self._step.alone and before.active.any() and not now.active.any()
+            if k in self._running.step.alone and before.active.any() and not now.active.any()
         }
 
     def _reversed(self, found: Sequence[ContactState]) -> dict[int, ActiveSet]:
@@ -253,113 +287,77 @@ class NewtonSolver:
         moved back far too much as long as its traction was held, and turning that round as well
         leads away from the solution. Where much slip turns round it is a detour.
         """
-        if not self._step.cautious:
+        if not self._running.step.cautious:
             return {}
         result = {}
         for k, (before, now) in enumerate(zip(self.conditions, found, strict=False)):
-            turned = before.direction * now.direction < 0.0
+            turned = now.active_set.turned_from(before.active_set)
             if turned.any():
                 status = np.where(turned, Status.STICK, now.status).astype(np.int8)
-                result[k] = ActiveSet(status, np.where(turned, 0.0, now.direction))
+                direction = np.where(turned[:, None], 0.0, now.active_set.direction)
+                result[k] = ActiveSet(status, direction)
         return result
-
-    def reactions(self) -> list[float]:
-        """Resultant of every prescribed motion on its body at the last state [N/m]; collective.
-
-        Contact forces on prescribed nodes are carried by their support as well.
-        """
-        result = self.linear.reactions()
-        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
-            nodes, force = interface.nodes, c.nodal_forces()
-            for k, p in enumerate(self.system.prescribed):
-                at = (nodes.body == p.body) & np.isin(nodes.vertex, p.vertices)
-                result[k] += float(force[at, p.component].sum())
-        return result
-
-    def supports(self) -> Floats:
-        """What prescribed motions exert on each body [N/m], (bodies, axes); collective."""
-        result = self.linear.supports()
-        for interface, c in zip(self.equations.interfaces, self.conditions, strict=True):
-            nodes = interface.nodes
-            carried = np.where(nodes.unknown < 0, c.nodal_forces(), 0.0)
-            at = nodes.body >= 0
-            np.add.at(result, nodes.body[at], carried[at])
-        return result
-
-    @property
-    def round_off(self) -> float:
-        """Force that round-off may leave over in a body [N/m]."""
-        return float(STALLED * self._stiffness * np.sqrt(self.system.numbering.n_global))
-
-    def positions(self) -> list[Floats]:
-        """Current positions of the nodes of every interface [m]; collective."""
-        t, ramp_end = self._step.t, self._step.ramp_end
-        return [i.nodes.positions(t, ramp_end) for i in self.equations.interfaces]
 
     def _test(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> int | None:
-        """Converged when the scaled residual is small and the status stands."""
-        norm = norms[2]
-        if its == 0:
-            self._initial = norm if np.isfinite(norm) else 0.0
-        scale = max(self._initial, self._forces())
-        self._residuals.append(norm / scale if scale > 0.0 else 0.0)
-        status = b"".join(
-            c.status.tobytes() + c.direction.astype(np.int8).tobytes() for c in self.conditions
-        )
-        stands = bool(self._statuses and self._statuses[-1] == status) or (
-            its == 0 and self._step.known
-        )
-        # A node on the limit of friction or of contact may change status by round-off for ever:
-        # if the residual is small with either status, both describe the same equilibrium.
-        small = self._residuals[-2:]
-        stands = stands or (len(small) == 2 and max(small) <= self.tolerance)
-        idle = max(norm, self._forces()) <= ROUND_OFF * self._stiffness  # touches without force
-        stands = bool(stands and (not self._kept or idle))
-        self._seen[status] = self._seen.get(status, 0) + 1
-        self._statuses.append(status)
+        """PETSc's code for how the solve ends; None to go on."""
+        run = self._running
+        run.convergence.add(norms[2], self._forces(), self.conditions, run.contact_kept)
+        found = run.convergence.outcome()
         if self.linear.failure:
-            self._reason = self.linear.failure
-            return DIVERGED_LINEAR
-        if not np.isfinite(norm):
-            self._reason = TURNED_OVER
-            return DIVERGED_NAN
-        if norm <= max(self.tolerance * scale, ROUND_OFF * self._stiffness) and stands:
-            return CONVERGED
-        stalled = len(self._residuals) > 1 and self._residuals[-1] > 0.5 * self._residuals[-2]
-        if norm <= STALLED * self._stiffness and stands and stalled:
-            return CONVERGED
-        recent = self.history[-LOST:]
-        if len(recent) == LOST and any(
-            not any(c[k].active.any() for c in recent) for k in self._step.alone
-        ):
-            self._reason = f"contact that alone holds a body is lost for {LOST} iterations"
-            return DIVERGED_ITERATIONS
-        if its >= self.max_iterations:
-            self._reason = f"no convergence in {its} iterations{'' if stands else UNSETTLED}"
-            return DIVERGED_ITERATIONS
-        return None
+            found = Outcome(DIVERGED_LINEAR, self.linear.failure)
+        if found is None:
+            return None
+        run.reason = found.reason
+        return found.code
 
     def _forces(self) -> float:
         """Size of the forces that the residual is compared with [N/m]."""
-        contact = [np.linalg.norm(c.operators.D[:, None] * c.multiplier) for c in self.conditions]
-        support = [np.linalg.norm(r) for r in self.linear.reactions()]
+        forces = (c.operators.D[:, None] * c.multiplier.vector for c in self.conditions)
+        contact = [np.linalg.norm(force) for force in forces]
+        support = np.abs(self._running.supports.reactions)
         return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
         """Tangent with contact."""
-        residuals, settled = tuple(self._residuals), len(set(self._statuses[-2:])) == 1
-        at = Iterate(
-            self.conditions, self._jumps, self._damping(), residuals, self.tolerance, settled
+        run = self._running
+        sets = run.convergence.active_sets
+        A = self.linear.linearise(
+            Iterate(
+                states=self.conditions,
+                jumps=run.jumps,
+                damping=0.5 if sets.comes_back else 1.0,  # it would cycle
+                residuals=tuple(run.convergence.residuals),
+                tolerance=self.tolerance,
+                settled=sets.settled,
+            )
         )
-        A = self.linear.linearise(at)
         snes.setJacobian(self._jacobian, A, A)
-        self._solve_started = time.perf_counter()
+        run.solve_started = time.perf_counter()
 
-    def _damping(self) -> float:
-        """Half a step where a status set that was left comes back: it would cycle."""
-        last = self._statuses[-1]
-        left = len(self._statuses) > 1 and self._statuses[-2] != last
-        return 0.5 if left and self._seen[last] > 1 else 1.0
+
+@dataclass
+class _Run:
+    """One run of Newton's method.
+
+    Attributes:
+        step: What it starts from.
+        convergence: Its course.
+        jumps: Of prescribed motions that the bulk has not followed yet, in the first iteration.
+        states: Contact state of every interface at every iteration.
+        supports: What prescribed motions exert at the last iteration.
+        contact_kept: Whether contact that was just lost is kept for this iteration.
+        solve_started: When PETSc began to solve the last linear system [s].
+        reason: Why it failed, in words.
+    """
+
+    step: StepInput
+    convergence: Convergence
+    jumps: list[Floats | None]
+    states: list[list[ContactState]] = field(default_factory=list)
+    supports: SupportForces = field(default_factory=lambda: SupportForces([], np.empty(0)))
+    contact_kept: bool = False
+    solve_started: float = 0.0
+    reason: str = ""
 
 
 def _stiffness(system: System) -> float:

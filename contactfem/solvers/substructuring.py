@@ -16,7 +16,7 @@ from petsc4py import PETSc
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import pairs
 from contactfem.mechanics.bulk_system import System
-from contactfem.solvers.dense_elimination import Elimination
+from contactfem.solvers.dense_elimination import Condensed, Elimination, SchurComplement
 from contactfem.solvers.schur_factor import SchurFactor
 
 
@@ -26,7 +26,7 @@ class RightHandSide:
 
     Attributes:
         kept: Condensed to the kept unknowns, (k,), the same on all ranks.
-        border: And to those between ranks, likewise.
+        border: S_ee⁻¹ r_e of those between ranks, that were eliminated after them, likewise.
         inner: r of what only this rank's cells touch, zero on its border.
         mine: What that comes to there.
     """
@@ -49,7 +49,6 @@ class Substructure:
         kept: Numbers that are kept, ascending, the same on all ranks.
 
     Attributes:
-        S: The Schur complement of the last `factorise`, (k, k).
         border: Numbers of the dense matrix, ascending: the kept ones and those between ranks.
         n_inner: Unknowns that only this rank's cells touch.
     """
@@ -72,7 +71,8 @@ class Substructure:
         self._number = [number[numbers] for numbers in unknown]
         self._K = _matrix([number[dofs] for dofs in cells], len(local))
         self._factor = SchurFactor(self._K, np.flatnonzero(own), system.is_symmetric)
-        self.S: Floats = np.zeros((len(kept), len(kept)))
+        self._rest: Elimination | None = None
+        self._count = 0
         self._reach = self._scatter()
 
     def _common(self, kept: Ints) -> Ints:
@@ -107,8 +107,10 @@ class Substructure:
                 body.add_tangent(self._K)
         self._K.assemble()
 
-    def factorise(self) -> None:
-        """Factorise what was assembled; collective.
+    def factorise(self) -> SchurComplement:
+        """Schur complement of what was assembled on the kept unknowns, (k, k); collective.
+
+        The factor stays for `condense` and `expand`.
 
         Raises:
             PETSc.Error: It could not be, on all ranks.
@@ -121,13 +123,17 @@ class Substructure:
         if error := self._comm.allreduce(error, MPI.MAX):
             raise PETSc.Error(error)
         if self._comm.size == 1:
-            self.S, self._rest = self._factor.S, None
-            return
+            self._rest = None
+            return self._numbered(self._factor.S)
         whole = np.zeros((len(self.border), len(self.border)))
         whole[np.ix_(self._place, self._place)] = self._factor.S
         self._comm.Allreduce(MPI.IN_PLACE, whole)
-        self._rest = Elimination(whole, self._kept)
-        self.S = self._rest.S
+        self._rest = Elimination(self._numbered(whole), self._kept)
+        return self._numbered(self._rest.S)
+
+    def _numbered(self, values: Floats) -> SchurComplement:
+        self._count += 1
+        return SchurComplement(values, self._count)
 
     def condense(self, owned: Floats, beyond: Floats) -> RightHandSide:
         """Right-hand side of the kept unknowns, r_k - K_ki K_ii⁻¹ r_i; collective.
@@ -147,8 +153,10 @@ class Substructure:
         answer[self._place] = mine
         self._comm.Allreduce(MPI.IN_PLACE, answer)
         border += answer
-        kept = border if self._rest is None else self._rest.condense(border, border)
-        return RightHandSide(kept, border, inner, mine)
+        if self._rest is None:
+            return RightHandSide(border, np.empty(0), inner, mine)
+        found = self._rest.condense(border, border)
+        return RightHandSide(found.left, found.gone, inner, mine)
 
     def expand(self, right: RightHandSide, kept: Floats) -> Floats:
         """All unknowns from the kept ones: K_ii x_i = r_i - K_ik x_k; collective.
@@ -162,8 +170,7 @@ class Substructure:
         """
         border = kept
         if self._rest is not None:
-            self._rest.condense(right.border, right.border)
-            border = self._rest.expand(kept)
+            border = self._rest.expand(kept, Condensed(right.kept, right.border))
         x = self._factor.expand(right.inner, right.mine, border[self._place])
         result, free = self._system.x.duplicate(), self._local < self._system.numbering.n_global
         result.setValues(self._local[free].astype(np.int32), x[free])

@@ -6,7 +6,6 @@ import numpy as np
 
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
-from contactfem.contact.rim import edge_values
 from contactfem.contact.state import ContactState
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.meshes.data import Surface
@@ -66,7 +65,7 @@ class InterfaceLink:
 
 def contact_pressure(c: ContactState) -> Floats:
     """Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
-    return np.asarray(np.maximum(np.where(c.active, edge_values(c)[0], 0.0), 0.0))
+    return np.asarray(np.maximum(np.where(c.active, c.pressure, 0.0), 0.0))
 
 
 def friction_heat(c: ContactState, dt: float) -> tuple[Floats, float]:
@@ -79,6 +78,7 @@ def friction_heat(c: ContactState, dt: float) -> tuple[Floats, float]:
     Returns:
         d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D⁰_jj t_j s_j / dt [W/m].
     """
-    density = np.where(c.active, edge_values(c)[1] * c.plastic_slip / dt, 0.0)
-    power = float(np.sum(c.history.D * c.traction * c.plastic_slip)) / dt
+    along = np.einsum("ji,ji->j", c.traction, c.plastic_slip)
+    density = np.where(c.active, along / dt, 0.0)
+    power = float(np.sum(c.dissipation)) / dt
     return np.maximum(density, 0.0), power

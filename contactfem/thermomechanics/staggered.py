@@ -11,7 +11,6 @@ from contactfem.common.typing import Floats
 from contactfem.contact.state import ContactState
 from contactfem.heat.interface import HeatExchange
 from contactfem.heat.system import HeatSolution
-from contactfem.laws.active_set import ActiveSet
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 from contactfem.thermomechanics.thermal_problem import Thermal
 
@@ -131,7 +130,7 @@ class Staggered:
 
     def _again(self, step: StepInput, conditions: Sequence[ContactState | None]) -> StepInput:
         """The same step from the contact status that the last pass found."""
-        starts = tuple(None if c is None else ActiveSet(c.status, c.direction) for c in conditions)
+        starts = tuple(None if c is None else c.active_set for c in conditions)
         return replace(step, starts=starts, known=True)
 
     def _relative(self, difference: Sequence[Floats], theta: Sequence[Floats]) -> float:

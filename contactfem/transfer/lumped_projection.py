@@ -11,6 +11,7 @@ from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.meshes.data import MeshData, jacobians
+from contactfem.transfer.linear_map import LinearMap
 from contactfem.transfer.matching import everywhere
 from contactfem.transfer.point_location import cell_sizes
 from contactfem.transfer.shape_functions import is_simplex, shape_functions
@@ -24,7 +25,7 @@ REFERENCE = {  # corners of the reference cells
 }
 
 
-class LumpedProjection:
+class LumpedProjection(LinearMap):
     """Interpolation, corrected by what the field has between the target's vertices.
 
     A linear interpolant of a bent field lies on one side of it: where meshes are replaced at every
@@ -65,17 +66,6 @@ class LumpedProjection:
         share = np.divide(1.0, lumped, out=np.zeros_like(lumped), where=lumped > 0.0)
         defect = at_samples - shapes @ self.matrix
         self.matrix = self.matrix + sp.diags_array(share) @ load @ defect
-
-    def __call__(self, values: Floats) -> Floats:
-        """Values at the target's vertices.
-
-        Args:
-            values: at the source's vertices, (n_source, c) or (n_source,).
-
-        Returns:
-            (n_target, c) or (n_target,).
-        """
-        return np.asarray(self.matrix @ values)
 
 
 def _samples(mesh: MeshData) -> tuple[sp.csr_matrix, Floats]:

@@ -1,4 +1,8 @@
-"""Linear shape functions, and reference coordinates of points."""
+"""Linear shape functions, and reference coordinates of points.
+
+basix tabulates the same functions, but takes 4 to 10 times as long for 20 000 points, and at a
+vertex it gives 1 and 0 to round-off only, where transfers rely on exact ones.
+"""
 
 from functools import reduce
 from itertools import product

@@ -7,11 +7,12 @@ from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats
 from contactfem.geometry.closest_point import NearestFacets
 from contactfem.meshes.data import Surface
+from contactfem.transfer.linear_map import LinearMap
 from contactfem.transfer.matching import check_near, identity, same_mesh
 from contactfem.transfer.point_location import cell_sizes, simplices, surroundings
 
 
-class SurfaceTransfer:
+class SurfaceTransfer(LinearMap):
     """Nodal values along a surface, from each target node's nearest point on the source's facets.
 
     In the reference configuration, without communication, and the same on all ranks. The weights
@@ -49,17 +50,6 @@ class SurfaceTransfer:
         check_near(name, target.X, distance, larger)
         self.matrix = block_rows(weights[:, None], facets[nearest], len(source.X))
         self.farthest = float(distance.max())
-
-    def __call__(self, values: Floats) -> Floats:
-        """Values at the target's nodes.
-
-        Args:
-            values: at the source's nodes, (n_source, c) or (n_source,).
-
-        Returns:
-            (n_target, c) or (n_target,).
-        """
-        return np.asarray(self.matrix @ values)
 
     def conserved(self, density: Floats, weights: Floats, total: float) -> tuple[Floats, float]:
         """Density at the target's nodes with a given total, Σ w_K q_K = Q to round-off.

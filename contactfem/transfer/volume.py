@@ -13,11 +13,12 @@ from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.meshes.data import MeshData
+from contactfem.transfer.linear_map import LinearMap
 from contactfem.transfer.matching import check_near, everywhere, identity, same_mesh
 from contactfem.transfer.point_location import Location, cell_sizes, surroundings
 
 
-class VolumeTransfer:
+class VolumeTransfer(LinearMap):
     """Nodal interpolation of a field in a body, Φ_K = Σ N_I(X_K) Φ_I (29)-(31).
 
     Vertices outside of the source mesh, on curved boundaries, take the field of the nearest cell,
@@ -58,17 +59,6 @@ class VolumeTransfer:
         inward, size = surroundings(wanted.points, wanted.cells)
         self.matrix, distance = located(comm, given, wanted.points, inward, size, name)
         self.farthest = float(distance.max())
-
-    def __call__(self, values: Floats) -> Floats:
-        """Values at the target's vertices.
-
-        Args:
-            values: at the source's vertices, (n_source, c) or (n_source,).
-
-        Returns:
-            (n_target, c) or (n_target,).
-        """
-        return np.asarray(self.matrix @ values)
 
 
 def located(

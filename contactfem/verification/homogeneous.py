@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 from contactfem.common.typing import Floats
 
+EPSILON, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
+
 
 def bulk_and_shear_modulus(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
     """Bulk and shear modulus, K = E / 3(1 - 2ν) and μ = E / 2(1 + ν).
@@ -47,16 +49,10 @@ def youngs_modulus_and_poisson_ratio(
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return a zero between two points of opposite sign, by bisection to the last digit."""
-    positive_high = function(high) > 0.0
-    if positive_high == (function(low) > 0.0):
-        raise ValueError(f"no change of sign between {low:g} and {high:g}")
-    while low < (middle := 0.5 * (low + high)) < high:
-        if (function(middle) > 0.0) == positive_high:
-            high = middle
-        else:
-            low = middle
-    return middle
+    """Return a zero between two points of opposite sign, to the last digits."""
+    from scipy.optimize import brentq
+
+    return float(brentq(function, low, high, xtol=TINY, rtol=4.0 * EPSILON))
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.laws.friction import Coulomb
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.mortar.interface_mesh import InterfaceMesh
+from contactfem.mortar.normals import line_tangents
 from contactfem.run.driver import run_case
 
 SIZE, STEPS = 1e-3, 10
@@ -114,10 +115,10 @@ def resultants(mesh: InterfaceMesh, x: np.ndarray) -> tuple[float, float]:
     operators = contact.operators(x)
     turn = np.arctan2(x[:n, 1], x[:n, 0])[:, None]
     p, t = 1.0 + 0.5 * np.sin(turn) + 0.4 * np.cos(3 * turn), 0.7 - 0.5 * np.cos(2 * turn)
-    traction = p * operators.normals.n + t * operators.normals.tangent
-    start = ActiveSet(np.full(n, Status.STICK, np.int8), np.zeros(n))
-    history = ContactHistory(operators.D, operators.M)
-    c = contact.imposed(operators, traction, history, start)
+    traction = p * operators.normals.n + t * line_tangents(operators.normals.n)
+    start = ActiveSet(np.full(n, Status.STICK, np.int8), np.zeros((n, 2)))
+    history = ContactHistory.at(operators)
+    c = contact.state(operators, traction, history, start)
     force = c.nodal_forces()
     moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])
     radius = np.hypot(*x[:n].T).max()  # of polygons that have the area of the circle

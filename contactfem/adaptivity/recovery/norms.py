@@ -6,6 +6,7 @@ import numpy as np
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.results.relative_error import RelativeError
+from contactfem.transfer.shape_functions import shape_functions
 
 TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
@@ -58,10 +59,8 @@ def quadrature(points: Floats, cells: Ints) -> Quadrature:
         a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
         return Quadrature(TRIANGLE, np.repeat(area[:, None] / 3.0, 3, axis=1), TRIANGLE @ corners)
-    s, t = SQUARE.T
-    shapes = np.column_stack(((1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t))
-    ds = np.column_stack((t - 1, 1 - t, -t, t)) @ corners
-    dt = np.column_stack((s - 1, -s, 1 - s, s)) @ corners
+    shapes, slopes = shape_functions("quadrilateral", SQUARE)
+    ds, dt = (slopes[:, :, axis] @ corners for axis in (0, 1))
     weights = 0.25 * np.abs(ds[..., 0] * dt[..., 1] - ds[..., 1] * dt[..., 0])
     return Quadrature(shapes, weights, shapes @ corners)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contactfem.common.files import whole_file
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import Scale, scale_for
 from contactfem.errors import CaseError
@@ -21,12 +21,12 @@ from contactfem.results.measures import von_mises
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from PIL.Image import Image
+    from matplotlib.figure import Figure
 
 WIDTH, DPI = 8.0, 100  # of a frame [inch], [1/inch]
 SECONDS = 6.0  # what a film takes
 SHOWN = 98.0  # percentile of stress that the colours reach to: corners have more
-COLOURS = 200  # of a frame
+SHARE, MARGIN = 0.88, 0.1  # of the width that is not the colour bar; between pictures [inch]
 CLOSE = 20.0  # half-width of the close-up, in cells where it is hottest (√(length x thickness))
 ASPECT = 4.0  # width of the close-up over its height
 
@@ -46,6 +46,17 @@ class _Look:
     high: Floats
     stress: _Colours
     heat: _Hot | None
+
+    @property
+    def scene(self) -> float:
+        """Height of the whole scene [inch]."""
+        wide, tall = self.high - self.low
+        return float(WIDTH * SHARE * tall / wide)
+
+    @property
+    def below(self) -> float:
+        """Height of the close-up [inch]; 0 without one."""
+        return WIDTH * SHARE / ASPECT + MARGIN if self.heat is not None else 0.0
 
 
 @dataclass(frozen=True)
@@ -80,22 +91,26 @@ def film(folder: Path, path: Path) -> Path:
 
     Raises:
         CaseError: the run kept no snapshots, or none of a plane body.
+        OSError: it cannot be written.
     """
+    import matplotlib as mpl
+    from matplotlib.animation import PillowWriter
+    from matplotlib.figure import Figure
+
     files = snapshot_files(folder)
     if len(files) < 2:
         raise CaseError(
             f"{folder}: has no snapshots for a film; run the case with output.snapshots = 60"
         )
     look = _look([read_snapshot(file) for file in files])
-    frames = [_frame(read_snapshot(file), look) for file in files]
-    frames[0].save(
-        path,
-        save_all=True,
-        append_images=frames[1:],
-        duration=round(1000.0 * SECONDS / len(frames)),
-        loop=0,
-        optimize=True,
-    )
+    writer = PillowWriter(fps=len(files) / SECONDS)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, look.scene + look.below + MARGIN))
+        with whole_file(path) as draft, writer.saving(figure, draft, DPI):
+            for file in files:
+                figure.clear()
+                _paint_frame(figure, read_snapshot(file), look)
+                writer.grab_frame()
     return path
 
 
@@ -131,29 +146,16 @@ def _hot(bodies: Sequence[BodyPicture]) -> _Hot | None:
     return _Hot(colours, hottest.name, hottest.points[at], CLOSE * size)
 
 
-def _frame(snapshot: Snapshot, look: _Look) -> Image:
+def _paint_frame(figure: Figure, snapshot: Snapshot, look: _Look) -> None:
     """One picture: the whole scene, with heat a close-up below it, and the time."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-    from PIL import Image
-
-    wide, tall = look.high - look.low
-    scene = WIDTH * 0.88 * tall / wide
-    below = WIDTH * 0.88 / ASPECT + 0.1 if look.heat is not None else 0.0
-    height = scene + below + 0.1
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, height), dpi=DPI)
-        axes = figure.add_axes((0.01, (below + 0.05) / height, 0.88, scene / height))
-        parts = [(body, von_mises(body.fields["stress"])) for body in snapshot.bodies]
-        _paint(axes, parts, look.stress)
-        axes.set(xlim=(look.low[0], look.high[0]), ylim=(look.low[1], look.high[1]))
-        axes.text(0.0, 1.0, f"t = {snapshot.t:.4f} s", transform=axes.transAxes, va="top")
-        if look.heat is not None:
-            close = figure.add_axes((0.01, 0.05 / height, 0.88, (below - 0.1) / height))
-            _paint_close(close, snapshot, look.heat)
-        text = io.BytesIO()
-        figure.savefig(text, format="png", dpi=DPI)
-    return Image.open(text).convert("RGB").quantize(COLOURS)
+    height = look.scene + look.below + MARGIN
+    axes = figure.add_axes((0.01, (look.below + 0.05) / height, SHARE, look.scene / height))
+    _paint(axes, [(b, von_mises(b.fields["stress"])) for b in snapshot.bodies], look.stress)
+    axes.set(xlim=(look.low[0], look.high[0]), ylim=(look.low[1], look.high[1]))
+    axes.text(0.0, 1.0, f"t = {snapshot.t:.4f} s", transform=axes.transAxes, va="top")
+    if look.heat is not None:
+        close = figure.add_axes((0.01, 0.05 / height, SHARE, (look.below - MARGIN) / height))
+        _paint_close(close, snapshot, look.heat)
 
 
 def _paint_close(axes: Axes, snapshot: Snapshot, hot: _Hot) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.text import percent, report_table
+from contactfem.common.text import percent, report_table, shortened
 from contactfem.common.unit_display import engineering
 
 if TYPE_CHECKING:
@@ -52,8 +52,7 @@ def remesh_table(summary: Mapping[str, Any]) -> Table:
     """
     table = report_table("New meshes", "t", "problem", "body", "cells", "seconds", "error before")
     new = [one for s in summary["steps"] if s.get("errors") for one in s["errors"]["remeshes"]]
-    half = SHOWN // 2
-    for one in new if len(new) <= SHOWN else [*new[:half], None, *new[-half:]]:
+    for one in shortened(new, SHOWN):
         if one is None:
             table.add_row("...")
             continue

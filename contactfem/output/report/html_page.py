@@ -12,11 +12,11 @@ from contactfem.common.unit_display import engineering
 from contactfem.output.report.adaptivity import uniform_rows
 from contactfem.output.report.html_steps import decisions, steps_table
 from contactfem.output.report.report import (
-    allowed_text,
     cost_rows,
     heat_rows,
     ringing_steps,
     share_of_floor,
+    verdict_rows,
 )
 from contactfem.output.tables import FIGURES, number, read_summary
 
@@ -131,15 +131,8 @@ def _top(summary: Summary) -> Content:
 
 
 def _verdicts(summary: Summary) -> list[Content]:
-    return [
-        {
-            "name": verdict["key"],
-            "found": engineering(number(verdict["value"]), verdict["unit"], 7),
-            "allowed": allowed_text(verdict["low"], verdict["high"], verdict["unit"]),
-            "passed": bool(verdict["passed"]),
-        }
-        for verdict in summary["verdicts"]
-    ]
+    names = ("name", "found", "allowed", "passed")
+    return [dict(zip(names, row, strict=True)) for row in verdict_rows(summary)]
 
 
 def _figures(figures: Mapping[str, bytes]) -> list[Content]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from contactfem.common.text import percent
-from contactfem.common.unit_display import engineering, scale_for
+from contactfem.common.unit_display import engineering
+from contactfem.output.report.report import force_columns
 from contactfem.output.tables import number
 
 Step = Mapping[str, Any]
@@ -106,7 +107,8 @@ def _columns(summary: Mapping[str, Any]) -> Iterator[Column]:
         yield "open", lambda step: str(step["open"])
         yield "stick", lambda step: str(step["stick"])
         yield "slip", lambda step: str(step["slip"])
-    yield from _forces(steps, summary.get("force_unit", "N/m"))
+    for name, unit, show in force_columns(summary):
+        yield f"{name} [{unit}]", show
     if any(step.get("heat") for step in steps):
         yield "coldest [K]", lambda step: _heat(step, "temperature_min")
         yield "hottest [K]", lambda step: _heat(step, "temperature_max")
@@ -141,19 +143,6 @@ def _tolerance(summary: Mapping[str, Any]) -> float:
     """Tolerance of the residual, out of the values of the case."""
     found = [v for key, v, _ in summary.get("resolved", ()) if key == "solver.tolerance"]
     return float(found[0]) if found else LEVEL
-
-
-def _forces(steps: Sequence[Step], force_unit: str) -> Iterator[Column]:
-    largest = max((abs(number(f)) for s in steps for both in s["forces"].values() for f in both),
-                  default=0.0)  # fmt: skip
-    unit = scale_for(largest, force_unit)
-    for name in steps[0]["forces"]:
-        for k in range(len(steps[0]["forces"][name])):
-
-            def show(step: Step, name: str = name, k: int = k) -> str:
-                return f"{number(step['forces'][name][k]) / unit.factor:.5g}"
-
-            yield f"{name} F{'xyz'[k]} [{unit.label}]", show
 
 
 def _heat(step: Step, key: str) -> str:

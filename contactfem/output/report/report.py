@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.text import report_table
+from contactfem.common.text import report_table, shortened
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import ExitCode
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+Step = Mapping[str, Any]
 SHOWN_STEPS = 40  # of more steps, the first and the last are shown
 OTHER_PHASES = ("import", "mesh", "setup", "jit", "output")
 
@@ -42,6 +43,26 @@ def allowed_text(low: float | None, high: float | None, unit: str) -> str:
     return f"{middle / scale.factor:.6g} ± {room / scale.factor:.3g} {scale.label}".rstrip()
 
 
+def verdict_rows(summary: Mapping[str, Any]) -> list[tuple[str, str, str, bool]]:
+    """What was expected and what was found.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name, found and allowed values, and whether it was met, of each expectation.
+    """
+    return [
+        (
+            verdict["key"],
+            engineering(number(verdict["value"]), verdict["unit"], 7),
+            allowed_text(verdict["low"], verdict["high"], verdict["unit"]),
+            bool(verdict["passed"]),
+        )
+        for verdict in summary["verdicts"]
+    ]
+
+
 def verdict_table(summary: Mapping[str, Any]) -> Table:
     """Table of what was expected and what was found.
 
@@ -52,12 +73,8 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
         A row per expectation.
     """
     table = report_table("Expected", "number", "found", "allowed", "")
-    for verdict in summary["verdicts"]:
-        unit = verdict["unit"]
-        found = engineering(number(verdict["value"]), unit, 7)
-        allowed = allowed_text(verdict["low"], verdict["high"], unit)
-        mark = "[green]met[/]" if verdict["passed"] else "[bold red]missed[/]"
-        table.add_row(verdict["key"], found, allowed, mark)
+    for *cells, met in verdict_rows(summary):
+        table.add_row(*cells, "[green]met[/]" if met else "[bold red]missed[/]")
     return table
 
 
@@ -71,23 +88,40 @@ def verdict_lines(summary: Mapping[str, Any], *, colour: bool) -> list[str]:
     Returns:
         The lines; none where nothing was expected.
     """
-    rows = [("number", "found", "allowed", "")]
-    for verdict in summary["verdicts"]:
-        unit = verdict["unit"]
-        found = engineering(number(verdict["value"]), unit, 7)
-        mark = "met" if verdict["passed"] else "missed"
-        allowed = allowed_text(verdict["low"], verdict["high"], unit)
-        rows.append((verdict["key"], found, allowed, mark))
-    if len(rows) == 1:
+    found = verdict_rows(summary)
+    if not found:
         return []
-    wide = [max(len(row[k]) for row in rows) for k in range(4)]
-    lines = []
-    for key, found, allowed, mark in rows:
-        text = f" {key:{wide[0]}}  {found:>{wide[1]}}  {allowed:>{wide[2]}}"
-        code = {"met": "32", "missed": "1;31"}.get(mark, "0")
-        lines.append(f"{text}  \033[{code}m{mark}\033[0m" if colour else f"{text}  {mark}")
-    lines[0] = lines[0].rstrip()
-    return ["", lines[0], " " + "─" * (sum(wide) + 6), *lines[1:]]
+    rows = [("number", "found", "allowed"), *(row[:3] for row in found)]
+    wide = [max(len(row[k]) for row in rows) for k in range(3)]
+    texts = [f" {row[0]:{wide[0]}}  {row[1]:>{wide[1]}}  {row[2]:>{wide[2]}}" for row in rows]
+    words = {True: ("met", "32"), False: ("missed", "1;31")}
+    marks = [words[row[3]] for row in found]
+    shown = [f"\033[{code}m{word}\033[0m" if colour else word for word, code in marks]
+    lines = [f"{text}  {mark}" for text, mark in zip(texts[1:], shown, strict=True)]
+    return ["", texts[0], " " + "─" * (len(texts[0]) + 7), *lines]
+
+
+def force_columns(summary: Mapping[str, Any]) -> list[tuple[str, str, Callable[[Step], str]]]:
+    """Columns of the forces of all interfaces, in one unit.
+
+    Args:
+        summary: of one run.
+
+    Returns:
+        Name of the component, its unit, and the cell of a step.
+    """
+    steps = summary["steps"]
+    sizes = [abs(number(f)) for step in steps for force in step["forces"].values() for f in force]
+    unit = scale_for(max(sizes, default=0.0), summary.get("force_unit", "N/m"))
+
+    def column(name: str, axis: int) -> tuple[str, str, Callable[[Step], str]]:
+        def show(step: Step) -> str:
+            return f"{number(step['forces'][name][axis]) / unit.factor:.5g}"
+
+        return f"{name} F{'xyz'[axis]}", unit.label, show
+
+    first = steps[0]["forces"] if steps else {}
+    return [column(name, axis) for name, force in first.items() for axis in range(len(force))]
 
 
 def step_table(summary: Mapping[str, Any]) -> Table:
@@ -99,16 +133,11 @@ def step_table(summary: Mapping[str, Any]) -> Table:
     Returns:
         A row per step.
     """
-    steps = summary["steps"]
-    names = list(steps[0]["forces"]) if steps else []
-    largest = max((abs(f) for s in steps for both in s["forces"].values() for f in both), default=0)
-    unit = scale_for(largest, summary.get("force_unit", "N/m"))
-    forces = [f"{name} F{axis}\n[{unit.label}]" for name in names for axis in "xy"]
+    forces = force_columns(summary)
+    titles = [f"{name}\n[{unit}]" for name, unit, _ in forces]
     counts = ("iter", "cuts", "residual", "open", "stick", "slip")
-    table = report_table("Steps", "step", "t", *counts, *forces)
-    half = SHOWN_STEPS // 2
-    shown = steps if len(steps) <= SHOWN_STEPS else [*steps[:half], None, *steps[-half:]]
-    for step in shown:
+    table = report_table("Steps", "step", "t", *counts, *titles)
+    for step in shortened(summary["steps"], SHOWN_STEPS):
         if step is None:
             table.add_row("...")
             continue
@@ -120,7 +149,7 @@ def step_table(summary: Mapping[str, Any]) -> Table:
             str(step["cutbacks"]),
             f"{residual:.1e}",
             *(str(step[name]) for name in ("open", "stick", "slip")),
-            *(f"{f / unit.factor:.5g}" for name in names for f in step["forces"][name]),
+            *(show(step) for _, _, show in forces),
         )
     return table
 

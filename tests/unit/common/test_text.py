@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from contactfem.common.text import about, nearest, one_line, percent, similar
+from contactfem.common.text import about, nearest, one_line, percent, shortened, similar
 from contactfem.errors import CaseError, MeshError
 
 
@@ -22,6 +22,12 @@ def test_percent():
     assert percent(0.0321456) == "3.21 %"
     assert percent(0.0321456, 2) == "3.2 %"
     assert percent(1.0) == "100 %"
+
+
+def test_the_middle_of_many_is_left_out():
+    assert shortened([1, 2, 3, 4], 4) == [1, 2, 3, 4]
+    assert shortened([1, 2, 3, 4, 5], 4) == [1, 2, None, 4, 5]
+    assert shortened([], 4) == []
 
 
 def test_a_line_shows_what_a_terminal_would_obey():

@@ -6,8 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contactfem.common.time_table import Table
-from contactfem.laws.active_set import Status
-from contactfem.laws.complementarity import Regularisation, contact_scale, stick_or_slip, trial
+from contactfem.laws.active_set import ActiveSet, Status
+from contactfem.laws.complementarity import (
+    Regularisation,
+    active_set,
+    contact_scale,
+    normal_condition,
+    slip_condition,
+    stick_condition,
+    trial_multiplier,
+)
 from contactfem.laws.edge_stabilisation import EDGE_COMPLIANCE, EDGE_COVERAGE, edge_compliance
 from contactfem.laws.friction import Coulomb, SlipState, Tresca, VariableCoulomb, frictionless
 
@@ -19,10 +27,28 @@ def one(value):
     return np.array([float(value)])
 
 
-def judge(p_trial, t, slip, mu=0.5, c=2.0, t_rim=0.0, kappa=0.0):
-    t_trial = trial(one(t), one(slip), one(c), [Regularisation(one(kappa), one(t_rim))])
-    found = stick_or_slip(one(p_trial), t_trial, one(mu * max(p_trial, 0.0)), has_friction=mu > 0)
-    return Status(found.status[0]), found.direction[0]
+def along(value, turn):
+    """One vector of a size with a sign, along a direction in a plane or in space."""
+    direction = np.array(turn) / np.linalg.norm(turn)
+    return value * direction[None, :]
+
+
+TURNS = [(1.0,), (0.6, -0.8), (2.0, -1.0, 2.0)]
+
+
+def judge(p_trial, t, slip, mu=0.5, c=2.0, t_edge=0.0, kappa=0.0):
+    """Status, and the sign of the slip along the line that all vectors are on, whatever that is."""
+    found = set()
+    for turn in TURNS:
+        tied = [Regularisation(one(kappa), along(t_edge, turn))]
+        t_trial = trial_multiplier(along(t, turn), along(slip, turn), one(c), tied)
+        friction = mu > 0
+        result = active_set(one(p_trial), t_trial, one(mu * max(p_trial, 0.0)), friction)
+        sense = float(result.direction[0] @ along(1.0, turn)[0])
+        np.testing.assert_allclose(result.direction, along(sense, turn), atol=1e-15)
+        found.add((Status(result.status[0]), round(sense, 12)))
+    assert len(found) == 1
+    return found.pop()
 
 
 def test_contact_scale():
@@ -67,13 +93,13 @@ def test_trial_pressure_limits(p, p_rim, gap, c):
     """No rim rule: p - c g. A vanishing cover: the neighbour's pressure, with the gap over κ."""
     args = [one(v) for v in (p, -gap, c)]
     assert (
-        trial(*args, [])[0]
-        == trial(*args, [Regularisation(one(0.0), one(p_rim))])[0]
+        trial_multiplier(*args, [])[0]
+        == trial_multiplier(*args, [Regularisation(one(0.0), one(p_rim))])[0]
         == p - c * gap
     )
     large = 1e12
     size = abs(p) + abs(p_rim) + c * abs(gap) + 1.0
-    found = trial(*args, [Regularisation(one(large / c), one(p_rim))])[0]
+    found = trial_multiplier(*args, [Regularisation(one(large / c), one(p_rim))])[0]
     assert found == pytest.approx(p_rim, abs=1e-11 * size)
 
 
@@ -81,7 +107,7 @@ def test_trial_pressure_limits(p, p_rim, gap, c):
 def test_trial_pressure_where_the_condition_holds(p, p_rim, c, kappa):
     """At g + κ (p - p_k) = 0 the trial pressure is the pressure: the status is consistent."""
     gap = -kappa * (p - p_rim)
-    found = trial(one(p), one(-gap), one(c), [Regularisation(one(kappa), one(p_rim))])[0]
+    found = trial_multiplier(one(p), one(-gap), one(c), [Regularisation(one(kappa), one(p_rim))])[0]
     assert found == pytest.approx(p, rel=1e-9, abs=1e-9 * (1 + abs(p_rim)) * (1 + c * kappa))
 
 
@@ -90,7 +116,7 @@ def test_penalty_tells_the_same_status_as_its_law(p, gap, c, epsilon):
     """With a = 1/ε the pressure that makes the trial one the same is <-ε g>, at any c."""
     law = max(-epsilon * gap, 0.0)
     tie = [Regularisation(one(1 / epsilon), one(0.0))]
-    found = trial(one(law), one(-gap), one(c), tie)[0]
+    found = trial_multiplier(one(law), one(-gap), one(c), tie)[0]
     if gap < 0:
         assert found == pytest.approx(law, rel=1e-9)
     else:
@@ -121,10 +147,10 @@ def test_every_node_has_one_status(p_trial, t, slip, mu, c):
 
 def test_nodes_do_not_mix():
     """Arrays are judged entry by entry."""
-    t = np.array([0.0, 0, 2, -2])
-    found = stick_or_slip(np.array([1.0, -1, 1, 1]), t, np.full(4, 0.5), has_friction=True)
+    t = np.array([[0.0, 0], [0, 0], [2, 0], [-3, 4]])
+    found = active_set(np.array([1.0, -1, 1, 1]), t, np.full(4, 0.5), has_friction=True)
     np.testing.assert_array_equal(found.status, [1, 0, 2, 2])
-    np.testing.assert_array_equal(found.direction, [0, 0, 1, -1])
+    np.testing.assert_allclose(found.direction, [[0, 0], [0, 0], [1, 0], [-0.6, 0.8]])
     assert found.status.dtype == np.int8
 
 
@@ -183,3 +209,27 @@ def test_slopes_of_friction_laws(law, p, v):
     by_v = (law(at(p, v + h, 2.0)).value - law(at(p, v - h, 2.0)).value) / (2 * h)
     np.testing.assert_allclose(found.by_pressure, by_p, atol=1e-8)
     np.testing.assert_allclose(found.by_speed, by_v, atol=1e-8)
+
+
+def test_conditions():
+    """g + Σ a (p - v), s - Σ a (t - v) and t - b d, node by node and component by component."""
+    ties = [Regularisation(np.array([0.5, 0.0]), np.array([2.0, 9.0]))]
+    found = normal_condition(np.array([1.0, -1.0]), np.array([4.0, 5.0]), ties)
+    np.testing.assert_allclose(found, [2.0, -1.0])
+    slip, t = np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([[2.0, 2.0], [1.0, 1.0]])
+    tied = [Regularisation(np.array([0.5, 0.0]), np.array([[0.0, 2.0], [9.0, 9.0]]))]
+    np.testing.assert_allclose(stick_condition(slip, t, tied), [[0.0, 2.0], [3.0, 4.0]])
+    direction = np.array([[0.6, 0.8], [0.0, 0.0]])
+    found = slip_condition(t, direction, np.array([5.0, 7.0]))
+    np.testing.assert_allclose(found, [[-1.0, -2.0], [1.0, 1.0]])
+
+
+def test_active_sets_differ_by_status_and_by_the_sense_of_slip():
+    """A direction that turns by less than a right angle is the same slip."""
+    first = ActiveSet(np.array([2, 2, 1], np.int8), np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 0]]))
+    other = ActiveSet(
+        np.array([2, 2, 0], np.int8), np.array([[0.1, 0.9, 0], [0, -1, 0], [0, 0, 0]])
+    )
+    np.testing.assert_array_equal(other.turned_from(first), [False, True, False])
+    np.testing.assert_array_equal(other.differs_from(first), [False, True, True])
+    np.testing.assert_array_equal(first.active, [True, True, True])

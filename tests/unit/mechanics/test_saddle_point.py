@@ -11,6 +11,7 @@ from mpi4py import MPI
 from contactfem.case.read import read_case
 from contactfem.check.check import check_case
 from contactfem.common.timers import Timers
+from contactfem.contact.slip import tangential
 from contactfem.contact.state import ContactHistory
 from contactfem.discretisation.discretise import discretise
 from contactfem.errors import CaseError
@@ -155,7 +156,7 @@ class Unbalanced:
         self.system, self.interface, self.t = d.system, d.interfaces[0], t
         self.equations = Saddle(d.system, d.interfaces, Timers())
         before = self.interface.contact.operators(self.interface.nodes.positions(0.0, 1.0))
-        self.history = [ContactHistory(before.D, before.M)]
+        self.history = [ContactHistory.at(before)]
         self.system.advance(t, 0.125)
         rng = np.random.default_rng(0)
         n = self.interface.nodes.mesh.n_nonmortar
@@ -169,21 +170,22 @@ class Unbalanced:
         """Conditions and the residual, its rows of multipliers with normals and scales held."""
         self.system.x.array[:] = x
         self.system.spread(self.system.x)
-        out = self.system.x.duplicate()
-        self.system.residual(out, [None] * len(self.system.bodies))
+        bulk, out = self.system.x.duplicate(), self.system.x.duplicate()
+        self.system.residual(bulk, [None] * len(self.system.bodies))
         positions = [self.interface.nodes.positions(self.t, 0.125)]
-        (c,) = self.equations.evaluate(positions, self.history, [None], out)
+        (c,) = self.equations.evaluate(positions, self.history, [None], bulk, out)
         return c, out.array.copy()
 
     def held(self, x):
         """Residual as the tangent sees it: its combinations of conditions do not turn."""
         c, residual = self.at(x)
         assert (c.status == self.conditions.status).all()
-        normals, unknown = self.conditions.operators.normals, x[: residual.size][: 2 * len(c.slip)]
-        rows = (self.scales[0] * c.normal_row)[:, None] * normals.n
-        rows += (self.scales[1] * c.tangential_row)[:, None] * normals.tangent
+        base = self.conditions.operators
+        normals, unknown = base.normals.n, x[: residual.size][: c.slip.size]
+        rows = (self.scales.normal * c.residuals.normal)[:, None] * normals
+        rows += self.scales.tangential[:, None] * tangential(c.residuals.tangential, normals)
         multiplier = self.interface.contact.law.c[:, None] * unknown.reshape(-1, 2)
-        rows = np.where(c.active[:, None], rows, self.scales[2][:, None] * multiplier)
+        rows = np.where(c.active[:, None], rows, base.full[:, None] * multiplier)
         residual[: rows.size] = rows.ravel()
         return residual
 
@@ -197,9 +199,7 @@ def test_tangent(sliding, multiplier, t):
     assert 4 <= active.sum() < len(active)
     np.testing.assert_allclose(scene.held(start), scene.at(start)[1], rtol=1e-12)
     jumps = [None] * len(scene.system.bodies)
-    scene.equations.prepare([scene.conditions])
-    scene.equations.fill([scene.conditions], jumps)
-    indptr, indices, data = scene.equations.tangent().getValuesCSR()
+    indptr, indices, data = scene.equations.linearise([scene.conditions], jumps).getValuesCSR()
     matrix = sp.csr_matrix((data, indices, indptr))
     blocks = slice(2 * len(active)), slice(2 * len(active), None)
     for columns in blocks:

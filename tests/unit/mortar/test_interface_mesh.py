@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from contactfem.mortar.interface_mesh import InterfaceMesh, facet_lengths
-from contactfem.mortar.normals import nodal_normals
+from contactfem.mortar.normals import line_tangents, nodal_normals
 
 
 def ring(n: int, radius: float = 2.0) -> InterfaceMesh:
@@ -26,7 +26,9 @@ def test_normals_are_unit_and_outward():
         mesh = ring(n)
         field = nodal_normals(mesh, mesh.X)
         np.testing.assert_allclose(field.n, mesh.X / 2.0, atol=1e-15)
-        np.testing.assert_allclose(field.tangent, np.column_stack((field.n[:, 1], -field.n[:, 0])))
+        np.testing.assert_allclose(
+            line_tangents(field.n), np.column_stack((field.n[:, 1], -field.n[:, 0]))
+        )
 
 
 def test_normals_average_unit_normals_of_facets():
@@ -94,7 +96,17 @@ def test_who_carries_a_multiplier(chains):
 
 
 def test_neighbours(chains):
-    """Previous and next along the walk: ends have none, a ring has no end."""
+    """Previous and next along the walk: an end has one, a ring has no end."""
     mesh, _ = chains(nonmortar=3)
-    np.testing.assert_array_equal(mesh.neighbours, [[-1, 1], [0, 2], [1, 3], [2, -1]])
+    np.testing.assert_array_equal(mesh.neighbours, [[1, -1], [0, 2], [1, 3], [2, -1]])
     np.testing.assert_array_equal(ring(3).neighbours, [[2, 1], [0, 2], [1, 0]])
+
+
+def test_neighbours_in_space():
+    """Along the edges of facets of four nodes; a triangle has its last node twice."""
+    X = np.zeros((5, 3))
+    facets = np.array([[0, 1, 2, 3], [1, 4, 2, 2]])
+    mesh = InterfaceMesh(5, facets, facets[:0], X, np.ones(X.shape, bool))
+    assert mesh.dim == 3
+    found = [set(row[row >= 0].tolist()) for row in mesh.neighbours]
+    assert found == [{1, 3}, {0, 2, 4}, {1, 3, 4}, {0, 2}, {1, 2}]

@@ -64,7 +64,7 @@ def test_summary_says_it_all(quiet, tmp_path):
     assert "contactfem" in summary["versions"]
     assert len(rows(tmp_path / "interface_sole.csv")) == 61
     assert len(rows(tmp_path / "interface_sole_mortar.csv")) == 61
-    assert not list(tmp_path.rglob("*.part"))
+    assert not list(tmp_path.rglob("*.part*"))
 
 
 def test_a_miss_and_a_stop_do_not_pass(quiet, tmp_path, changed, expecting):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from contactfem.solvers.dense_elimination import Elimination, solve
+from contactfem.solvers.dense_elimination import Elimination, SchurComplement, solve
 
 
 @pytest.mark.parametrize("n", [0, 1, 7])
@@ -28,15 +28,17 @@ def test_elimination(left):
     small_T, small_C = rng.standard_normal((2, len(left), len(left)))
     T, C = np.eye(n), np.zeros((n, n))
     T[np.ix_(left, left)], C[np.ix_(left, left)] = small_T, small_C
-    rest = Elimination(S, left)
-    right = small_T @ rest.condense(f, f + r) + r[left]
-    x = rest.expand(solve(small_T @ rest.S + small_C, right))
+    rest = Elimination(SchurComplement(S, 1), left)
+    inner = rest.condense(f, f + r)
+    rest.condense(r, f)  # another one in between
+    right = small_T @ inner.left + r[left]
+    x = rest.expand(solve(small_T @ rest.S + small_C, right), inner)
     np.testing.assert_allclose(x, np.linalg.solve(T @ S + C, T @ f + r), rtol=1e-10)
 
 
-def test_which_matrix_it_serves():
-    S = np.eye(4)
+def test_which_matrix_it_is_reusable_for():
+    S = SchurComplement(np.eye(4), 1)
     rest = Elimination(S, np.array((1, 2)))
-    assert rest.serves(S, np.array((False, True, False, False)))
-    assert not rest.serves(S, np.array((True, True, False, False)))
-    assert not rest.serves(S.copy(), np.array((False, True, False, False)))
+    assert rest.is_reusable(S, np.array((False, True, False, False)))
+    assert not rest.is_reusable(S, np.array((True, True, False, False)))
+    assert not rest.is_reusable(SchurComplement(S.values, 2), np.array((False, True, False, False)))

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from contactfem.laws.active_set import ActiveSet
 from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.solvers.diagnosis import WITHOUT_SLIP, trust_check
 
@@ -17,8 +18,8 @@ def scene(friction=COULOMB, before=(1.0, 1.0, 1.0), direction=(1.0, 0.0, 0.0), p
     interface = SimpleNamespace(name="sole", contact=SimpleNamespace(law=law))
     conditions = SimpleNamespace(
         active=np.array(p) != 0.0,
-        pressure=np.array(p),
-        direction=np.array(direction),
+        multiplier=SimpleNamespace(pressure=np.array(p)),
+        active_set=ActiveSet(np.array([2, 1, 1], np.int8), np.outer(direction, (0.6, -0.8))),
         operators=SimpleNamespace(D=np.array((0.5, 1.0, 0.5))),
         history=SimpleNamespace(D=np.array(before)),
     )
