@@ -1,6 +1,7 @@
 """A case: everything that a case file says, checked, in SI."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -113,9 +114,9 @@ class Case(Model):
         Raises:
             CaseError: what is wrong, one line for each mistake.
         """
-        from contactfem.case.read import case_of  # it reads this model
-
-        return case_of(dict(contents), Path(folder) / "case.toml")
+        read = import_module("contactfem.case.read")  # which stands above: it fills this model in
+        case: Case = read.case_of(dict(contents), Path(folder) / "case.toml")
+        return case
 
     @property
     def axes(self) -> int:

@@ -1,1 +1,1 @@
-"""The fields of a run as a page, as pictures or in a window."""
+"""The fields of a run: a page, pictures, a window."""

@@ -29,7 +29,7 @@ def test_a_suite_for_each_run(tmp_path, capsys):
     counts = [(suite.get("tests"), suite.get("failures")) for suite in suites]
     assert counts == [("2", "0"), ("3", "1"), ("1", "1")]
     failures = [node.get("message") for node in ET.parse(path).iter("failure")]
-    assert failures == ["tip <x> & y = 1 mm, allowed: <= 500 µm", "no equilibrium found"]
+    assert failures == ["tip <x> & y = 1 mm, allowed: <= 0.5 mm", "no equilibrium found"]
     assert suites[0].get("time") == "1.250"
 
 
