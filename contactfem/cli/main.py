@@ -97,7 +97,10 @@ def parser() -> argparse.ArgumentParser:
         help="write one page about each run into its folder, report.html, which needs nothing else",
     )
     report.add_argument(
-        "--junit", type=Path, metavar="FILE", help="write the verdicts for a CI server, as JUnit XML"
+        "--junit",
+        type=Path,
+        metavar="FILE",
+        help="write the verdicts for a CI server, as JUnit XML",
     )
     report.add_argument(
         "paths",
@@ -187,7 +190,9 @@ def _report(options: argparse.Namespace) -> int:
             raise CaseError(f"{path}: holds case files; --html takes folders of runs")
         return _pages([folder for path in options.paths for folder in _folders(path)])
     if options.junit is not None:
-        return _junit(options.junit, [folder for path in options.paths for folder in _folders(path)])
+        return _junit(
+            options.junit, [folder for path in options.paths for folder in _folders(path)]
+        )
     from contactfem.output.report.report import report
 
     if len(options.paths) == 1 and _holds_cases(options.paths[0]):

@@ -3,6 +3,7 @@
 import numpy as np
 
 import contactfem as cf
+from contactfem.run.api import Step
 
 case = cf.Case.from_dict(
     {
@@ -24,7 +25,7 @@ case = cf.Case.from_dict(
 )
 
 
-def watch(step):
+def watch(step: Step) -> None:
     """Print the largest pressure of a step that was just accepted."""
     pressure = step.interfaces["sole"].pressure.max()
     print(f"t = {step.t:.2f} s  largest pressure {pressure / 1e6:.1f} MPa")
