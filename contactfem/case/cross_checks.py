@@ -10,6 +10,7 @@ from contactfem.case.base import AXES
 from contactfem.case.conflicting_conditions import contradictions
 from contactfem.case.element_choice import SIMPLICES
 from contactfem.case.heat_checks import broken_heat
+from contactfem.case.material_library import LIBRARY
 from contactfem.case.scene import IN_VOLUME
 from contactfem.common.text import nearest
 from contactfem.meshes import MeshFile
@@ -68,7 +69,8 @@ def _bodies(case: Case) -> Iterator[str]:
     for name, body in case.bodies.items():
         key = f"bodies.{name}"
         if body.material not in case.materials:
-            yield _unknown(f"{key}.material", body.material, "material", case.materials)
+            known = [*case.materials, *LIBRARY]
+            yield _unknown(f"{key}.material", body.material, "material", known)
         if not isinstance(body.mesh, MeshFile):
             low = body.mesh.extent()[0]
             if len(low) != case.axes:

@@ -121,7 +121,7 @@ class Material(Model):
 class Body(Model):
     """Deformable body; its temperatures are relative to that of the stress-free state."""
 
-    material: str = Field(description="name of its material")
+    material: str = Field(description="name of its material, given here or of the library")
     mesh: MeshSpec = Field(description="geometry with its mesh, or a mesh file")
     element: Literal["auto", "P1", "MINI"] = Field(
         default="auto",

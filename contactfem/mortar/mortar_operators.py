@@ -1,4 +1,4 @@
-"""Mortar operators D, M and gap at one configuration, the same for every dimension.
+"""Mortar operators D, M and gap at one configuration, in any dimension.
 
 What contact and mechanics ask of an interface, whatever its facets are: `mortar_operators` finds
 them, `MortarOperators.derivative` says how they change. Only what is below this module, kernels and

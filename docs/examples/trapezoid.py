@@ -3,6 +3,7 @@
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from contactfem.meshes.block import Structured, rectangle
 from contactfem.meshes.builder import PositiveLength
@@ -14,8 +15,8 @@ from contactfem.meshes.grid import grid
 class Trapezoid(Structured):
     """Trapezoid with groups left, right, bottom, top; `width` is that of its bottom."""
 
-    builder: Literal["trapezoid"] = "trapezoid"
-    top_width: PositiveLength
+    builder: Literal["trapezoid"] = Field(default="trapezoid", description="symmetric trapezoid")
+    top_width: PositiveLength = Field(description="size in x of the top")
 
     def build(self) -> MeshData:
         """Structured mesh whose rows shrink or grow towards the top."""
