@@ -196,8 +196,9 @@ def _pulling(c: ContactForces) -> Iterator[Breach]:
     normal, _ = _normal_and_tangential(c)
     if not len(normal):
         return
-    worst = int(np.argmin(np.where(np.isfinite(c.bound), normal, 0.0)))
-    if normal[worst] < -SHARE * np.abs(normal).sum():
+    pulled = np.where(np.isfinite(c.bound), normal, 0.0)
+    worst = int(np.argmin(pulled))
+    if pulled[worst] < -SHARE * np.linalg.norm(c.force[: len(normal)], axis=1).sum():
         yield Breach(
             "pressure",
             f"contact at '{c.name}' pulls with {-normal[worst]:.3g} N/m at {place(c.x[worst])}",
@@ -209,7 +210,7 @@ def _rubbing(c: ContactForces) -> Iterator[Breach]:
     """Friction above its bound, or that does work instead of taking it."""
     normal, along = _normal_and_tangential(c)
     excess = along - c.bound
-    scale = float(np.abs(normal).sum())
+    scale = float(np.linalg.norm(c.force[: len(normal)], axis=1).sum())
     if len(excess) and excess.max() > SHARE * scale:
         worst = int(np.argmax(excess))
         yield Breach(

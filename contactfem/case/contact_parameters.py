@@ -85,7 +85,7 @@ def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:
         Normal and tangential compliance [m/Pa], (n_nonmortar,) each.
     """
     normal, friction = interface.normal, interface.friction
-    if normal.law == "multiplier":
+    if normal.law in ("multiplier", "tied"):
         return np.zeros_like(c), np.zeros_like(c)
     epsilon = PENALTY * normal.penalty_factor * c
     if normal.penalty is not None:

@@ -72,10 +72,10 @@ class NormalLaw(Model):
     Ten times the stiffness of the facets in contact is 10 / (h_nm/E_nm + h_m/E_m).
     """
 
-    law: Literal["multiplier", "penalty", "augmented"] = Field(
+    law: Literal["multiplier", "penalty", "augmented", "tied"] = Field(
         default="multiplier",
         description="exact (multiplier), or regularised by a penalty (13) or an augmented "
-        "Lagrangian",
+        "Lagrangian; tied surfaces stay together (10)",
     )
     c_factor: Positive = Field(
         default=1.0, description="factor on the constant c of the active set"
@@ -89,7 +89,9 @@ class NormalLaw(Model):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.law == "multiplier" and (self.penalty is not None or self.penalty_factor != 1.0):
+        if self.law in ("multiplier", "tied") and (
+            self.penalty is not None or self.penalty_factor != 1.0
+        ):
             raise ValueError("a penalty goes with law = 'penalty' or 'augmented'")
         return self
 
@@ -102,10 +104,10 @@ class Friction(Model):
     law of your own gives the friction bound and its slopes from pressure, speed and temperature.
     """
 
-    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|[^:]+\.py:[A-Za-z_]\w*)$")] = Field(
+    law: Annotated[str, Field(pattern=r"^(coulomb|tresca|rough|[^:]+\.py:[A-Za-z_]\w*)$")] = Field(
         default="coulomb",
-        description='"coulomb" with a coefficient, "tresca" with a `limit`, or a law of your '
-        'own as "file.py:function"',
+        description='"coulomb" with a coefficient, "tresca" with a `limit`, "rough" (what touches '
+        'never slips), or a law of your own as "file.py:function"',
     )
     coefficient: NonNegative | None = Field(default=None, description="friction coefficient")
     coefficient_table: Annotated[CoefficientTable | None, WithJsonSchema(ROWS)] = Field(
@@ -139,7 +141,7 @@ class Friction(Model):
         given = [
             k for k in ("coefficient", "coefficient_table", "limit") if getattr(self, k) is not None
         ]
-        if is_reference(self.law):
+        if is_reference(self.law) or self.law == "rough":
             if given:
                 raise ValueError(f"law = '{self.law}' takes no {given[0]}")
             return self
@@ -150,7 +152,7 @@ class Friction(Model):
 
     def largest_traction(self, pressure: Floats) -> Floats | None:
         """Largest traction at some pressures [Pa]; None where it also depends on something else."""
-        if is_reference(self.law):
+        if is_reference(self.law) or self.law == "rough":
             return None
         if self.limit is not None:
             return np.where(pressure > 0.0, self.limit, 0.0)
@@ -162,6 +164,8 @@ class Friction(Model):
 
     def words(self) -> str:
         """The law in a few words."""
+        if self.law == "rough":
+            return "rough"
         if is_reference(self.law):
             return f"by {self.law}"
         if self.limit is not None:

@@ -18,6 +18,7 @@ from contactfem.laws.friction import (
     UserFriction,
     VariableCoulomb,
     frictionless,
+    rough,
 )
 
 
@@ -35,6 +36,8 @@ def friction_law(case: Case, friction: Friction | None) -> FrictionLaw:
         except CaseError as error:
             raise CaseError(f"{case.path}: friction {error}") from None
         return law
+    if friction is not None and friction.law == "rough":
+        return rough
     if friction is None or friction.coefficient == 0.0:
         return frictionless
     if friction.limit is not None:

@@ -22,6 +22,7 @@ from contactfem.common.units import (
     HeatFluxField,
     HeatSourceField,
     Length,
+    LengthTable,
     Number,
     Pressure,
     PressureTable,
@@ -163,11 +164,49 @@ class Interface(Model):
     heat: InterfaceHeat = Field(
         default_factory=InterfaceHeat, description="law of heat through the interface"
     )
+    interference: LengthTable | None = Field(
+        default=None,
+        description="by how much the parts are larger than their meshes, over time: press fits "
+        "without overlapping meshes",
+    )
+    clearance: LengthTable | None = Field(
+        default=None, description="play beside the gap of the meshes, over time"
+    )
+    adjust: Annotated[Length, Field(ge=0)] | None = Field(
+        default=None,
+        description="initial gaps and overlaps up to this count as none: nothing is moved, no "
+        "stress comes of it; how far tied surfaces may be apart",
+    )
 
     @field_validator("friction", mode="before")
     @classmethod
-    def _none(cls, value: object) -> object:
+    def _named(cls, value: object) -> object:
+        if value == "rough":
+            return {"law": value}
         return None if value is False else value
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.normal.law == "tied":
+            for key in ("friction", "interference", "clearance"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key}: does not go with normal.law = 'tied'")
+        return self
+
+    def offset(self, t: float, ramp_end: float) -> float:
+        """Interference less clearance at a time [m].
+
+        Args:
+            t: Time [s].
+            ramp_end: Time at which constant values are reached [s].
+        """
+        given = [0.0 if x is None else x.at(t, ramp_end) for x in self.offsets]
+        return given[0] - given[1]
+
+    @property
+    def offsets(self) -> tuple[Table | None, Table | None]:
+        """Interference and clearance over time [m]."""
+        return self.interference, self.clearance
 
 
 class Grip(Model):

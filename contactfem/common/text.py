@@ -57,12 +57,16 @@ def shortened[T](items: Sequence[T], most: int) -> list[T | None]:
 
 
 def report_table(title: str, *columns: str) -> Table:
-    """An empty table for the terminal: the first column to the left, the others to the right."""
+    """An empty table for the terminal: the first column to the left, the others to the right.
+
+    Titles are shown as they are; in cells rich reads markup such as "[bold]".
+    """
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(
-        title=title,
+        title=Text(one_line(title)),
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
@@ -70,5 +74,5 @@ def report_table(title: str, *columns: str) -> Table:
         collapse_padding=True,
     )
     for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right", no_wrap=True)
+        table.add_column(Text(column), justify="left" if number == 0 else "right", no_wrap=True)
     return table

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.common.typing import Floats
+from contactfem.common.typing import Bools, Floats
 from contactfem.contact.slip import Motion, relative_motion, tangential, transported, transports
 from contactfem.contact.state import (
     ContactHistory,
@@ -46,6 +46,9 @@ class ContactLaw:
         normal_compliance: 1/ε_N of a penalty (13) [m/Pa], (n_nonmortar,); zero for exact contact.
         tangential_compliance: 1/c_T of regularised friction [m/Pa], likewise.
         augmented: Whether estimates of pressure and traction take the compliance's place.
+        initial_gap: Gap that counts as none, of tied and of adjusted nodes [m], (n_nonmortar,).
+        tied: Nodes that stick to the other side in every direction (10), (n_nonmortar,); None for
+            contact.
     """
 
     friction: FrictionLaw
@@ -57,6 +60,8 @@ class ContactLaw:
     normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     augmented: bool = False
+    initial_gap: Floats = field(default_factory=lambda: np.zeros(1))
+    tied: Bools | None = None
 
     @property
     def has_friction(self) -> bool:
@@ -118,7 +123,11 @@ class Contact:
         """
         motion = self.motion(operators, history)
         edge = self._edge(operators)
-        if start is None:
+        if self.law.tied is not None:
+            status = np.where(self.law.tied & (operators.D > 0.0), Status.STICK, Status.OPEN)
+            found = ActiveSet(status.astype(np.int8), np.zeros_like(motion.slip))
+            turning = np.zeros(self.mesh.n_nonmortar)
+        elif start is None:
             found, turning = self._trial(operators, multiplier, history, motion, edge)
         else:
             status = np.where(operators.D > 0.0, start.status, Status.OPEN)
@@ -127,6 +136,10 @@ class Contact:
             turning = np.zeros(self.mesh.n_nonmortar)
         chosen = self._allowed(found, motion, edge)
         return self._state(operators, multiplier, history, (chosen, turning), motion, edge)
+
+    def gap(self, operators: MortarOperators, history: ContactHistory) -> Floats:
+        """Gap that the conditions see [m], (n,): less what counts as none, and the offset."""
+        return np.asarray(operators.gap - self.law.initial_gap - history.offset)
 
     @staticmethod
     def motion(operators: MortarOperators, history: ContactHistory) -> Motion:
@@ -146,7 +159,7 @@ class Contact:
         law, parts = self.law, _parts(multiplier, operators.normals.n)
         tied = self._regularised(operators, parts, history, edge)
         seen = np.isfinite(operators.gap)
-        gap = np.where(seen, operators.gap, 0.0)
+        gap = np.where(seen, self.gap(operators, history), 0.0)
         trial = trial_multiplier(parts.pressure, -gap, law.c_n * law.c, tied.normal)
         p_trial = np.where(seen, trial, 0.0)
         t_trial = trial_multiplier(parts.traction, motion.slip, law.c_t * law.c, tied.tangential)
@@ -187,7 +200,7 @@ class Contact:
         parts = _parts(np.where(active[:, None], multiplier, 0.0), operators.normals.n)
         p, t = parts.pressure, parts.traction
         tied = self._regularised(operators, parts, history, edge)
-        gap = np.where(active, operators.gap, 0.0)
+        gap = self.gap(operators, history)
         bound = self.law.friction(self._slip_state(p, motion.slip, history))
         compliant, on_edge = tied.tangential
         stick = stick_condition(motion.slip, t, tied.tangential)
@@ -197,6 +210,7 @@ class Contact:
         return ContactState(
             operators=operators,
             history=history,
+            gap=gap,
             multiplier=parts,
             active_set=found,
             motion=motion,
@@ -204,7 +218,7 @@ class Contact:
             edge=edge,
             traction_change=t - on_edge.target,
             residuals=Residuals(
-                np.where(active, normal_condition(gap, p, tied.normal), 0.0),
+                np.where(active, normal_condition(np.where(active, gap, 0.0), p, tied.normal), 0.0),
                 np.where(active[:, None], tangential_row, 0.0),
             ),
             bound=bound,
@@ -228,7 +242,7 @@ class Contact:
         """
         if not self.law.augmented:
             return None
-        gap = np.where(c.active, np.abs(c.operators.gap), 0.0)
+        gap = np.where(c.active, np.abs(c.gap), 0.0)
         slip = np.where(c.status == Status.STICK, lengths(c.slip), 0.0)
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None

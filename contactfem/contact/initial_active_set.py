@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from contactfem.common.typing import Floats
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mortar.mortar_operators import MortarOperators
 
@@ -9,18 +10,20 @@ TOUCH = 1e-9  # gap over facet size at which surfaces touch
 FIRST_CONTACT = 0.3  # share of the range of gaps that sticks first where contact alone holds a body
 
 
-def initial_active_set(operators: MortarOperators, held_by_contact: bool) -> ActiveSet | None:
+def initial_active_set(
+    operators: MortarOperators, gap: Floats, held_by_contact: bool
+) -> ActiveSet | None:
     """Active set that a first contact starts from: some nodes stick for one iteration.
 
     Args:
         operators: At the positions where the step starts.
+        gap: Gap that the conditions see there [m], (n,).
         held_by_contact: Whether only contact can hold a body of this interface: then the nodes in
             the lowest 30 % of the range of gaps close, otherwise those that touch.
 
     Returns:
         The active set; None where no node touches and none has to.
     """
-    gap = operators.gap
     seen = np.isfinite(gap) & operators.mesh.has_multiplier
     stick = seen & (np.abs(gap) <= TOUCH * operators.size)
     if held_by_contact and seen.any():

@@ -29,6 +29,8 @@ class ContactHistory:
             None for zero.
         dt: Length of the step, for the slip speed [s].
         temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
+        offset: By how much the surfaces stand farther out than their meshes at the end of the step
+            [m]: an interference, or if negative a clearance.
     """
 
     D: Floats
@@ -38,6 +40,7 @@ class ContactHistory:
     traction: Floats | None = None
     dt: float = 1.0
     temperature: Floats | float = 0.0
+    offset: float = 0.0
 
     @staticmethod
     def at(operators: MortarOperators) -> "ContactHistory":
@@ -112,6 +115,7 @@ class ContactState:
     Attributes:
         operators: Where it was evaluated.
         history: What the step started from.
+        gap: Gap that the conditions see [m], (n,); infinite where nothing is covered.
         multiplier: λ_j and its parts, as the equations see them.
         active_set: Status and slip direction.
         motion: Of the two sides since the start of the step, of all nodes.
@@ -125,6 +129,7 @@ class ContactState:
 
     operators: MortarOperators
     history: ContactHistory
+    gap: Floats
     multiplier: Multiplier
     active_set: ActiveSet
     motion: Motion

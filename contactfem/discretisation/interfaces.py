@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from contactfem.case.contact_parameters import constants
@@ -10,12 +12,14 @@ from contactfem.case.obstacles import Plane, Polyline
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
 from contactfem.mortar.crosspoints import Side
 from contactfem.mortar.sides import BodySide, RigidSide, circle_side, plane_side, polyline_side
 
+TIED = 0.2  # initial gap over facet size up to which tied surfaces are near enough
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
 
 
@@ -78,7 +82,31 @@ def contact_of_interface(
         tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
     )
-    return nodes, Contact(system.comm, nodes.mesh, law)
+    contact = Contact(system.comm, nodes.mesh, law)
+    if interface.normal.law == "tied" or interface.adjust:
+        contact = Contact(system.comm, nodes.mesh, _adjusted(case, name, contact, nodes))
+    return nodes, contact
+
+
+def _adjusted(case: Case, name: str, contact: Contact, nodes: InterfaceNodes) -> ContactLaw:
+    """Laws with the initial gaps that count as none, and which nodes are tied; collective.
+
+    Raises:
+        CaseError: Nothing is near enough to be tied.
+    """
+    interface = case.interfaces[name]
+    operators = contact.operators(nodes.X)
+    gap = np.where(np.isfinite(operators.gap), operators.gap, np.inf)
+    tied = interface.normal.law == "tied"
+    reach = interface.adjust
+    near = np.abs(gap) <= (np.maximum(reach or 0.0, TIED * operators.size) if tied else reach or 0)
+    if tied and not near.any():
+        least = float(np.abs(gap).min())
+        raise CaseError(
+            f"{case.path}: interfaces.{name}: tied surfaces are nowhere near each other; the "
+            f"smallest gap is {least:g} m; give adjust = a distance up to which they are tied"
+        )
+    return replace(contact.law, initial_gap=np.where(near, gap, 0.0), tied=near if tied else None)
 
 
 def rigid_side(case: Case, name: str, X: Floats) -> RigidSide:

@@ -27,6 +27,7 @@ class FrictionBound(NamedTuple):
     by_speed: Floats
 
 
+NO_BOUND = 1e200  # a traction that nothing reaches [Pa], whose square is still finite
 FrictionLaw = Callable[[SlipState], FrictionBound]
 
 
@@ -139,3 +140,9 @@ def frictionless(at: SlipState) -> FrictionBound:
     """No friction, b = 0."""
     zero = np.zeros_like(at.pressure)
     return FrictionBound(zero, zero, zero)
+
+
+def rough(at: SlipState) -> FrictionBound:
+    """Rough contact: what touches never slips, b beyond all tractions."""
+    zero = np.zeros_like(at.pressure)
+    return FrictionBound(np.full_like(zero, NO_BOUND), zero, zero)

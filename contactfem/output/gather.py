@@ -157,7 +157,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 X=mesh.X[:n],
                 x=op.x[:n],
                 arc=_arc(mesh, op.x),
-                gap=np.where(np.isfinite(op.gap), op.gap, np.nan),
+                gap=np.where(np.isfinite(c.gap), c.gap, np.nan),
                 pressure=pressure,
                 traction=np.einsum("ji,ji->j", c.traction, tau),
                 slip=np.einsum("ji,ji->j", state.slip[k], tau),

@@ -190,6 +190,7 @@ class Inspector:
             sides = self._case.interfaces[interface.name]
             mesh, bound = interface.nodes.mesh, c.bound.value * c.operators.D
             carries = mesh.has_multiplier & (mesh.basis == "dual")  # else forces are shared
+            carries &= interface.contact.law.tied is None  # tied nodes may be pulled
             compliance = np.maximum(interface.contact.law.normal_compliance, c.edge.compliance)
             result.append(
                 ContactForces(

@@ -329,7 +329,12 @@ class Loop:
         starts = tuple(self._start(k) for k in range(len(self.discretisation.interfaces)))
         known = bool(self.state.conditions) or not starts
         histories = tuple(
-            replace(history, dt=t - self.state.t, temperature=self._temperature(k, t))
+            replace(
+                history,
+                dt=t - self.state.t,
+                temperature=self._temperature(k, t),
+                offset=self._offset(k, t),
+            )
             for k, history in enumerate(self.state.histories)
         )
         step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
@@ -345,6 +350,10 @@ class Loop:
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
         return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
 
+    def _offset(self, k: int, t: float) -> float:
+        """Interference less clearance of an interface at a time [m]."""
+        return self.case.interfaces[self.discretisation.interfaces[k].name].offset(t, self.ramp_end)
+
     def _start(self, k: int) -> ActiveSet | None:
         """Status that the first iteration of a step takes for an interface.
 
@@ -358,7 +367,9 @@ class Loop:
         operators = interface.contact.operators(
             interface.nodes.positions(self.state.t, self.ramp_end)
         )
-        return initial_active_set(operators, k in self.alone)
+        history = replace(self.state.histories[k], offset=self._offset(k, self.state.t))
+        gap = interface.contact.gap(operators, history)
+        return initial_active_set(operators, gap, k in self.alone)
 
     def _accept(
         self,

@@ -189,12 +189,14 @@ def json_ready(target: Target, rows: Sequence[Row], about: Mapping[str, Any]) ->
 
 def run_table(title: str, target: Target, rows: Sequence[Row]) -> Table:
     """Table to print, a row per run."""
+    from rich.markup import escape
+
     table = report_table(f"{title}: {target.words()}", *SHOWN)
     for row in rows:
         out = row.outcome
         name = row.member.curve.label or "case"
         if out.message:
-            table.add_row(name, str(row.member.level), *[""] * 3, "[bold red]failed[/]")
+            table.add_row(escape(name), str(row.member.level), *[""] * 3, "[bold red]failed[/]")
             continue
         numbers = (
             ("reference" if math.isnan(row.error) else f"{row.error:.2e}"),
@@ -203,14 +205,18 @@ def run_table(title: str, target: Target, rows: Sequence[Row]) -> Table:
             f"{out.memory / MEGABYTE:.0f}",
         )
         counts = (row.member.level, out.unknowns, out.steps, out.iterations)
-        table.add_row(name, *(str(count) for count in counts), *numbers)
+        table.add_row(escape(name), *(str(count) for count in counts), *numbers)
     return table
 
 
 def slope_table(rows: Sequence[Row]) -> Table:
     """Table of how the error falls along each curve."""
+    from rich.markup import escape
+
     table = report_table("The error falls with", "run", "order", "unknowns^", "seconds^")
     for label, some in by_curve(rows).items():
         cells = vars(slopes_of(some)).values()
-        table.add_row(label or "case", *("" if math.isnan(x) else f"{x:.2f}" for x in cells))
+        table.add_row(
+            escape(label or "case"), *("" if math.isnan(x) else f"{x:.2f}" for x in cells)
+        )
     return table

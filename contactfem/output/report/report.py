@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from contactfem.common.text import report_table, shortened
+from contactfem.common.text import one_line, report_table, shortened
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import ExitCode
 from contactfem.output.report.adaptivity import error_table, remesh_table, uniform_table
@@ -259,8 +259,11 @@ def cost_table(summary: Mapping[str, Any]) -> Table:
 
 
 def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) -> None:
+    from rich.text import Text
+
     sizes = ", ".join(f"{value} {name}" for name, value in summary["sizes"].items())
-    console.print(f"[bold]{summary['title']}[/]  ({directory})", highlight=False)
+    title = Text(one_line(summary["title"]), style="bold")
+    console.print(title.append(f"  ({directory})", style="not bold"), highlight=False)
     console.print(f"{summary['command']}   [{sizes}]", markup=False, highlight=False)
     tables = (
         step_table(summary),
@@ -281,13 +284,15 @@ def _print_run(directory: Path, summary: Mapping[str, Any], console: Console) ->
 
 
 def _print_overview(rows: Sequence[tuple[Path, Mapping[str, Any]]], console: Console) -> None:
+    from rich.markup import escape
+
     table = report_table("Runs", "directory", "steps", "iterations", "seconds", "met", "")
     for directory, summary in rows:
         verdicts = summary["verdicts"]
         met = sum(bool(verdict["passed"]) for verdict in verdicts)
         mark = "[green]passed[/]" if summary["passed"] else "[bold red]missed[/]"
         table.add_row(
-            str(directory),
+            escape(str(directory)),
             str(len(summary["steps"])),
             str(summary["newton_iterations"]),
             f"{number(summary['timings'].get('total')):.2f}",
@@ -311,6 +316,7 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         CaseError: if one of them is not a finished run.
     """
     from rich.console import Console
+    from rich.text import Text
 
     console = Console() if console is None else console
     rows = [(directory, read_summary(directory)) for directory in directories]
@@ -320,7 +326,8 @@ def report(directories: Sequence[Path], console: Console | None = None) -> int:
         _print_overview(rows, console)
         for directory, summary in rows:
             if not summary["passed"]:
-                console.print(f"[bold]{directory}[/] {summary['message']}", highlight=False)
+                text = Text(str(directory), style="bold")
+                console.print(text.append(f" {summary['message']}", style="not bold"))
                 console.print(verdict_table(summary))
     passed = all(summary["passed"] for _, summary in rows)
     return ExitCode.DONE if passed else ExitCode.MISSED

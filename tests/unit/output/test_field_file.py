@@ -8,9 +8,10 @@ import pytest
 from mpi4py import MPI
 
 from contactfem.case.read import read_case
-from contactfem.errors import WriteError
+from contactfem.errors import Interrupted, WriteError
 from contactfem.output.field_file import von_mises
-from contactfem.run.driver import run_case
+from contactfem.run.driver import Invocation, run_case
+from contactfem.run.resume import prepare
 
 h5py = pytest.importorskip("h5py")
 ROOT = Path(__file__).parents[3]
@@ -98,3 +99,21 @@ def test_a_disk_that_is_full_is_told_in_one_line(tmp_path, monkeypatch):
 def test_the_equivalent_of_uniaxial_stress_and_of_shear():
     stress = np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0], [5.0, 5.0, 5.0, 0, 0, 0]])
     assert np.allclose(von_mises(stress), [3.0, 2.0 * np.sqrt(3.0), 0.0])
+
+
+def test_a_resumed_run_has_each_step_once(tmp_path):
+    calls = iter(range(1000))
+    invocation = Invocation("contactfem run", 0.0, lambda: next(calls) >= 2)
+    changes = ["output.figures=false", "output.fields=true", "time.step='0.25 s'"]
+    case = read_case(ROOT / "tests/data/pressed_ball.toml", changes)
+    with pytest.raises(Interrupted):
+        run_case(case, MPI.COMM_SELF, tmp_path, invocation)
+    before = blocks(tmp_path)
+    resumption = prepare(tmp_path, [])
+    result = run_case(resumption.case, MPI.COMM_SELF, tmp_path, resumed=resumption.checkpoint)
+    found = blocks(tmp_path)
+    for name, block in found.items():
+        assert len(before[name]["times"]) == 2
+        assert list(block["times"]) == [step.t for step in result.steps]
+    body = result.bodies[0]
+    assert np.allclose(found[body.name]["displacement"][:, :2], body.displacement, rtol=1e-12)

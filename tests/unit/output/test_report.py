@@ -47,6 +47,18 @@ def test_one_run_in_full(finished):
     assert "133 %" in text
 
 
+@pytest.mark.parametrize("title", ["[/]", "a [bold]b[/bold]", "x [nope"])
+def test_markup_in_a_title_is_shown_as_it_is(finished, title):
+    run = finished("m[red]", title=title)
+    assert title in printed([run])[1]
+    assert "m[red]" in printed([run])[1]
+    assert "m[red]" in printed([run, run])[1]
+
+
+def test_control_characters_of_a_title_do_not_reach_the_terminal(finished):
+    assert "\x1b" not in printed([finished("c", title="a\x1b[31mb")])[1]
+
+
 def test_a_miss_is_marked_and_returned(finished, expecting):
     bad = finished("bad", expect={"iterations.mean": expecting(max=2.0)})
     code, text = printed([bad])
