@@ -84,20 +84,19 @@ def surface_ratio(u: Expr, N: Expr) -> Expr:
     return ufl.sqrt(ufl.inner(area, area))
 
 
-def elastic_cooling(theta: Expr, modulus: Expr, reference: Expr, growth: Expr, dt: Expr) -> Expr:
+def elastic_cooling(theta: Expr, modulus: Expr, growth: Expr, dt: Expr) -> Expr:
     """Heat that straining takes, 3 α K θ (ln J)˙, the term that the paper neglects below (12).
 
     Args:
-        theta: Relative temperature ϑ [K]; θ = θ₀ + ϑ.
+        theta: Absolute temperature θ [K].
         modulus: 3 α K [Pa/K].
-        reference: θ₀ [K].
         growth: Change of ln J, or of tr ε where strain is small, over the step [-].
         dt: Length of the step [s].
 
     Returns:
         Power per reference volume [W/m³].
     """
-    return modulus * (reference + theta) * growth / dt
+    return modulus * theta * growth / dt
 
 
 def _current(scalar: Expr, F: Expr) -> Expr:

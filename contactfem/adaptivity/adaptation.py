@@ -175,12 +175,23 @@ class Adaptation:
         return now.minus(first[1]) if first[0] == t else None
 
     def _counts(self, heat: HeatOutcome) -> bool:
-        """Whether temperatures are far enough apart for errors of heat to count; collective."""
-        comm, theta = self._discretisation.system.comm, heat.solution.theta
-        top = max(float(values.max(initial=-np.inf)) for values in theta)
-        bottom = max(float((-values).max(initial=-np.inf)) for values in theta)
-        top, bottom = comm.allreduce(top, MPI.MAX), comm.allreduce(bottom, MPI.MAX)
-        return bool(top + bottom > self.settings.least_temperature)
+        """Whether temperatures of a body are far enough apart for its flux to count; collective."""
+        theta = heat.solution.theta
+        top = np.array([float(values.max(initial=-np.inf)) for values in theta])
+        bottom = np.array([float((-values).max(initial=-np.inf)) for values in theta])
+        for ends in (top, bottom):
+            self._discretisation.system.comm.Allreduce(MPI.IN_PLACE, ends, MPI.MAX)
+        return bool((top + bottom).max() > self.settings.least_temperature)
+
+    def _strained(self) -> bool:
+        """Whether a body is strained by more than round-off for errors to count; collective."""
+        bodies = self._discretisation.system.bodies
+        largest = [
+            float(np.abs(body.cell_stress()).max(initial=0.0)) / body.law.youngs_modulus
+            for body in bodies
+        ]
+        strain = self._discretisation.system.comm.allreduce(max(largest), MPI.MAX)
+        return bool(strain > self.settings.least_strain)
 
     def remeshed(
         self, before: Discretisation, after: Discretisation, t: float, seconds: float
@@ -227,7 +238,7 @@ class Adaptation:
     ) -> tuple[dict[str, RelativeError], NewSizes | None]:
         """Errors of both problems, and new sizes if a mesh is to be replaced."""
         errors: dict[str, list[BodyErrors]] = {}
-        if self._stress is not None:
+        if self._stress is not None and self._strained():
             errors["mechanics"] = self._stress(conditions, t)
         if self._flux is not None and heat is not None:
             errors["heat"] = self._flux(heat.solution.theta, heat.exchanges, t)

@@ -12,8 +12,11 @@ import numpy as np
 from contactfem.adaptivity.recovery.constraints import ConstraintRows
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
+from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.common.units import Given
+from contactfem.discretisation.given_data import given
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.meshes.data import matches
 
@@ -50,6 +53,7 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
     facets = view.boundary
     known, value = np.ones((len(facets), 2), bool), np.zeros((len(facets), 2))
     normal = facet_normals(facets, x)
+    middle = view.data.points[facets].mean(axis=1)
     stretch = _areas(case, facets, x) / _areas(case, facets, view.data.points)
     for condition in _mechanical(case, body):
         at = _on(view, facets, condition.surface or "")
@@ -58,13 +62,23 @@ def tractions(case: Case, body: str, view: MeshView, x: Floats, t: float) -> Fac
         if condition.grip is not None:
             known[at] = False
         for axis, table in (condition.traction or {}).items():
-            value[at, "xy".index(axis)] += table.at(t, case.time.step) / stretch[at]
+            found = _load(case, table, middle[at], t)
+            value[at, "xy".index(axis)] += found / stretch[at]
         if condition.pressure is not None:
-            value[at] -= condition.pressure.at(t, case.time.step) * normal[at]
+            found = _load(case, condition.pressure, middle[at], t)
+            value[at] -= found[:, None] * normal[at]
     known[_of_interfaces(case, body, view, facets)] = False
     if case.axisymmetric:
         known[_on_axis(view.data.points, facets), 0] = False
     return FacetData(known, value)
+
+
+def _load(case: Case, value: Given, x: Floats, t: float) -> Floats:
+    """A load at places (n, dim) and a time [Pa], (n,)."""
+    found = given(case, value)
+    if isinstance(found, Varying):
+        return found.at(x, t, case.time.step)
+    return np.full(len(x), found.at(t, case.time.step))
 
 
 def heat_flows(case: Case, body: str, view: MeshView, theta: Floats, t: float) -> FacetData:

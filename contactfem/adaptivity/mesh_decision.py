@@ -123,6 +123,8 @@ def choose_meshes(
     Returns:
         The choice.
     """
+    if not whole.error_square > 0.0:
+        return MeshChoice({}, "no error")
     report = MeshReport(
         eta=whole.eta,
         cells=sum(len(body.cells) for body in bodies),

@@ -15,7 +15,13 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from contactfem.common.units import LengthTable, LineForceTable, PressureTable, VolumeForceTable
+from contactfem.common.units import (
+    LengthField,
+    LengthTable,
+    LineForceTable,
+    PressureField,
+    VolumeForceField,
+)
 
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")
@@ -74,8 +80,9 @@ def _by_axis(value: object, info: ValidationInfo) -> object:
 
 
 Displacement = Annotated[dict[Axis, LengthTable], ByAxis()]
-Traction = Annotated[dict[Axis, PressureTable], ByAxis()]
-BodyForce = Annotated[dict[Axis, VolumeForceTable], ByAxis()]
+Motion = Annotated[dict[Axis, LengthField], ByAxis()]
+Traction = Annotated[dict[Axis, PressureField], ByAxis()]
+BodyForce = Annotated[dict[Axis, VolumeForceField], ByAxis()]
 PlateForce = Annotated[dict[Axis, LineForceTable], ByAxis()]
 
 

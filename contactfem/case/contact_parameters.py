@@ -6,7 +6,7 @@ import numpy as np
 
 from contactfem.case.scene import Interface
 from contactfem.common.typing import Floats
-from contactfem.geometry.facets import line_lengths
+from contactfem.geometry.facets import facet_sizes
 from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
 
@@ -49,10 +49,10 @@ def constants(
     Returns:
         The constants.
     """
-    lengths = line_lengths(nonmortar.X, nonmortar.facets)
-    ends = nonmortar.facets.ravel()
-    h = np.bincount(ends, np.repeat(lengths, 2)) / np.bincount(ends)
-    h_mortar = 0.0 if mortar is None else float(line_lengths(mortar.X, mortar.facets).mean())
+    sizes = facet_sizes(nonmortar.X, nonmortar.facets)
+    nodes = nonmortar.facets.ravel()
+    h = np.bincount(nodes, np.repeat(sizes, nonmortar.facets.shape[1])) / np.bincount(nodes)
+    h_mortar = 0.0 if mortar is None else float(facet_sizes(mortar.X, mortar.facets).mean())
     c = contact_scale(h, moduli[0], h_mortar, np.inf if mortar is None else moduli[1])
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
@@ -69,9 +69,9 @@ def search_radius(interface: Interface, nonmortar: Surface) -> float:
         interface: The interface of the case.
         nonmortar: Its nonmortar surface.
     """
-    extent = float(np.hypot(*np.ptp(nonmortar.X, axis=0)))
-    longest = float(line_lengths(nonmortar.X, nonmortar.facets).max())
-    return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * longest)
+    extent = float(np.linalg.norm(np.ptp(nonmortar.X, axis=0)))
+    largest = float(facet_sizes(nonmortar.X, nonmortar.facets).max())
+    return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * largest)
 
 
 def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:

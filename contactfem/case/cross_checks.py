@@ -96,9 +96,21 @@ def _element(case: Case, name: str) -> Iterator[str]:
         yield f"bodies.{name}.element = MINI: needs triangles or tetrahedra; the mesh has {cell}s"
 
 
+def _in_space(case: Case) -> Iterator[str]:
+    """What contact in 3D cannot do yet."""
+    for name, sides in case.interfaces.items():
+        key = f"interfaces.{name}"
+        if sides.mortar in case.obstacles:
+            yield f"{key}.mortar = {sides.mortar}: obstacles are plane figures; mesh it as a body"
+        if name in case.closed_form:
+            yield f"closed_form.{name}: there are no closed forms of interfaces in 3D yet"
+    if case.interfaces and case.heat is not None:
+        yield "heat: does not pass through interfaces in 3D yet"
+
+
 def _interfaces(case: Case) -> Iterator[str]:
-    if case.interfaces and case.axes == 3:
-        yield "interfaces: contact in 3D is not available yet"
+    if case.axes == 3:
+        yield from _in_space(case)
     carriers: dict[str, str] = {}
     for name, sides in case.interfaces.items():
         key = f"interfaces.{name}"

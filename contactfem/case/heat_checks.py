@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from contactfem.case.temperature_scale import broken_temperatures
 from contactfem.common.text import nearest
 from contactfem.common.user_function import FunctionRef, is_reference, reference
 from contactfem.meshes import MeshFile
@@ -22,6 +23,8 @@ def broken_heat(case: Case) -> Iterator[str]:
     Yields:
         One line "dotted.key = found: what is wrong" per mistake.
     """
+    yield from broken_temperatures(case)
+    yield from _functions(case)
     if case.heat is None:
         yield from _without(case)
         return
@@ -36,7 +39,6 @@ def broken_heat(case: Case) -> Iterator[str]:
     yield from _interfaces(case)
     if case.heat.scheme == "steady":
         yield from _loose(case)
-    yield from _functions(case)
     yield from _probes(case)
 
 
@@ -64,8 +66,9 @@ def _materials(case: Case) -> Iterator[str]:
 def _interfaces(case: Case) -> Iterator[str]:
     for name, sides in case.interfaces.items():
         key = f"interfaces.{name}.heat"
-        if not case.mechanics and sides.heat.law == "pressure" and sides.heat.pressure is None:
-            yield f"{key}: without mechanics law = 'pressure' needs a pressure"
+        asks = sides.heat.law == "pressure" or is_reference(sides.heat.law)
+        if not case.mechanics and asks and sides.heat.pressure is None:
+            yield f"{key}: without mechanics law = '{sides.heat.law}' needs a pressure"
 
 
 def _probes(case: Case) -> Iterator[str]:
@@ -113,18 +116,30 @@ def _thermal_mesh(case: Case, name: str) -> Iterator[str]:
             yield f"{key}: has no surface '{surface}', which {where} names{nearest(surface, known)}"
 
 
+def _conditions(case: Case) -> Iterator[tuple[str, object]]:
+    """Values of all conditions with their keys."""
+    for number, condition in enumerate(case.conditions):
+        key = f"conditions.{number}.{condition.kind}"
+        yield key, condition.field or condition.pressure
+        for group in (condition.displacement, condition.traction, condition.body_force):
+            yield from ((f"{key}.{axis}", value) for axis, value in (group or {}).items())
+
+
 def _functions(case: Case) -> Iterator[str]:
     """Check that the files of functions exist."""
     named: list[tuple[str, object]] = [
         (f"bodies.{name}.initial_temperature", body.initial_temperature)
         for name, body in case.bodies.items()
     ]
-    named += [(f"conditions.{k}.{c.kind}", c.field) for k, c in enumerate(case.conditions)]
+    named += [
+        (f"interfaces.{name}.heat.conductance", sides.heat.conductance)
+        for name, sides in case.interfaces.items()
+    ]
     named += [
         (f"interfaces.{name}.heat.law", reference(sides.heat.law))
         for name, sides in case.interfaces.items()
         if is_reference(sides.heat.law)
     ]
-    for key, value in named:
+    for key, value in (*named, *_conditions(case)):
         if isinstance(value, FunctionRef) and not (case.path.parent / value.file).is_file():
             yield f"{key} = {value}: there is no file '{value.file}'"

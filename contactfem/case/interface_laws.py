@@ -11,9 +11,10 @@ from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
 from contactfem.common.unit_parser import UnitError
 from contactfem.common.units import (
-    Conductance,
+    ConductanceField,
     Conductivity,
     ForcePerVolume,
+    Given,
     HeatFluxTable,
     Length,
     Pressure,
@@ -180,7 +181,7 @@ class InterfaceHeat(Model):
 
     Law "pressure": h = conductance (p / hardness)^exponent. Law "constant": h = conductance where
     the surfaces touch. Law "gas": h = gas_conductivity / (gap + gas_distance), across open gaps
-    too.
+    too. The conductance may vary over time and place, on the undeformed nonmortar side.
     """
 
     law: Annotated[
@@ -190,7 +191,7 @@ class InterfaceHeat(Model):
         description="conductance h: none (insulated), by `pressure`, `constant`, by the `gas` "
         'in the gap, or a function h(p, g) of your own as "file.py:function"',
     )
-    conductance: Annotated[Conductance, Field(ge=0)] | None = Field(
+    conductance: ConductanceField | None = Field(
         default=None, description='h of law "constant"; h at p = hardness of law "pressure"'
     )
     hardness: Annotated[Pressure, Field(gt=0)] | None = Field(
@@ -212,6 +213,13 @@ class InterfaceHeat(Model):
     dissipation: HeatFluxTable | None = Field(
         default=None, description="frictional heat per current area, in place of that of mechanics"
     )
+
+    @field_validator("conductance")
+    @classmethod
+    def _not_negative(cls, value: Given | None) -> Given | None:
+        if value is not None and min(value.values, default=0.0) < 0.0:
+            raise ValueError("must be >= 0")
+        return value
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

@@ -7,6 +7,7 @@ import numpy as np
 from contactfem.case.interface_laws import Friction, InterfaceHeat
 from contactfem.case.schema import Case
 from contactfem.common import user_function as functions
+from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
 from contactfem.common.user_function import is_reference, reference
 from contactfem.errors import CaseError
@@ -55,14 +56,25 @@ def conductance_law(case: Case, heat: InterfaceHeat) -> ConductanceLaw | None:
         CaseError: A user's law that cannot be loaded.
     """
     if heat.law == "pressure":
-        return PowerLaw(heat.conductance or 0.0, heat.hardness or 0.0, heat.exponent or 0.0)
+        return PowerLaw(_uniform(heat), heat.hardness or 0.0, heat.exponent or 0.0)
     if heat.law == "constant":
-        return Constant(heat.conductance or 0.0)
+        return Constant(_uniform(heat))
     if heat.law == "gas":
         return GasGap(heat.gas_conductivity or 0.0, heat.gas_distance or 0.0)
     if is_reference(heat.law):
         return _users_law(reference(heat.law).load(case.path.parent))
     return None
+
+
+def varies(heat: InterfaceHeat) -> bool:
+    """Whether the coefficient of the conductance varies over place or time."""
+    h = heat.conductance
+    return h is not None and (not isinstance(h, Table) or bool(h.times))
+
+
+def _uniform(heat: InterfaceHeat) -> float:
+    """Coefficient of the conductance; 1 where one that varies is multiplied with later."""
+    return 1.0 if varies(heat) or heat.conductance is None else heat.conductance.values[0]
 
 
 def _users_law(function: Callable[[Floats, Floats], Floats]) -> ConductanceLaw:

@@ -8,6 +8,7 @@ from contactfem.case.base import (
     BodyForce,
     Displacement,
     Model,
+    Motion,
     PlateForce,
     Traction,
 )
@@ -18,6 +19,7 @@ from contactfem.common.units import (
     Conductivity,
     Density,
     Expansion,
+    Given,
     HeatCapacity,
     HeatFluxField,
     HeatSourceField,
@@ -25,12 +27,11 @@ from contactfem.common.units import (
     LengthTable,
     Number,
     Pressure,
-    PressureTable,
+    PressureField,
     Temperature,
     TemperatureField,
     TemperatureTable,
 )
-from contactfem.common.user_function import FunctionRef
 from contactfem.meshes import MeshSpec
 
 Modulus = Annotated[Pressure, Field(gt=0)]
@@ -70,7 +71,9 @@ class Material(Model):
         default=None, description="heat capacity c per mass"
     )
     reference_temperature: Annotated[Temperature, Field(gt=0)] | None = Field(
-        default=None, description="absolute temperature of the stress-free state"
+        default=None,
+        description="absolute temperature of the stress-free state, that expansion counts from; "
+        "with it all temperatures of the case are absolute",
     )
     parameters: dict[str, Number] = Field(
         default={}, description="numbers for a strain energy of your own, by name"
@@ -120,7 +123,10 @@ class Material(Model):
 
 
 class Body(Model):
-    """Deformable body; its temperatures are relative to that of the stress-free state."""
+    """Deformable body, stress-free at its material's `reference_temperature`.
+
+    With one, temperatures are absolute; without, they are rises above the stress-free state.
+    """
 
     material: str = Field(description="name of its material, given here or of the library")
     mesh: MeshSpec = Field(description="geometry with its mesh, or a mesh file")
@@ -129,13 +135,15 @@ class Body(Model):
         description="linear (P1), or MINI for nearly incompressible simplices; auto takes "
         "MINI if K/μ > 20",
     )
-    temperature: TemperatureTable = Field(
-        default_factory=lambda: constant(0.0),
-        description="temperature over time, where heat is not solved for",
+    temperature: TemperatureTable | None = Field(
+        default=None,
+        description="temperature over time, where heat is not solved for; by default that of the "
+        "stress-free state",
     )
-    initial_temperature: TemperatureField = Field(
-        default_factory=lambda: constant(0.0),
-        description="temperature at the start, where heat is solved for",
+    initial_temperature: TemperatureField | None = Field(
+        default=None,
+        description="temperature at the start, where heat is solved for; by default that of the "
+        "stress-free state",
     )
     thermal_mesh: MeshSpec | None = Field(
         default=None, description="mesh for the temperature; by default that of `mesh`"
@@ -242,17 +250,22 @@ IN_VOLUME = ("body_force", "heat_source")
 
 
 class Condition(Model):
-    """One load or support: `on` with one other key, or with `displacement` and `at`."""
+    """One load or support: `on` with one other key, or with `displacement` and `at`.
+
+    Values of all but a grip may vary over place: as a table over one coordinate of the undeformed
+    body, { over = "x", table = [["0 mm", "1 MPa"], ["10 mm", "2 MPa"]] }, with a `factor` that may
+    be one over time, or by a function "file.py:function" of places x (dim, n) and the time t.
+    """
 
     on: str = Field(description='a surface "body.surface", or a "body"')
     at: Position | None = Field(
         default=None, description="position of one vertex of the body, with a displacement only"
     )
-    displacement: Displacement | None = Field(
+    displacement: Motion | None = Field(
         default=None, description="prescribed components; the others stay free"
     )
     traction: Traction | None = Field(default=None, description="force per reference area")
-    pressure: PressureTable | None = Field(
+    pressure: PressureField | None = Field(
         default=None, description="pressure on the current surface; it follows the deformation"
     )
     body_force: BodyForce | None = Field(default=None, description="force per reference volume")
@@ -293,7 +306,7 @@ class Condition(Model):
         return self.kind in THERMAL
 
     @property
-    def field(self) -> Table | FunctionRef | None:
+    def field(self) -> Given | None:
         """Value of a thermal condition over time, or over place and time: ϑ, flux or source."""
         return self.temperature or self.heat_flux or self.heat_source
 
@@ -307,7 +320,7 @@ class Condition(Model):
         """Name of the body's surface, if it is on one."""
         return self.on.partition(".")[2] or None
 
-    def components(self) -> dict[str, Table]:
+    def components(self) -> dict[str, Given]:
         """Prescribed displacement components, of the surface or of its grip."""
         given = self.grip.displacement if self.grip is not None else self.displacement
         return {str(axis): table for axis, table in (given or {}).items()}

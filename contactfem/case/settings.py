@@ -5,7 +5,14 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from contactfem.case.base import Flag, Model, Name, NonNegative
-from contactfem.common.units import Duration, Length, Number, Temperature, read_quantity
+from contactfem.common.units import (
+    Difference,
+    Duration,
+    Length,
+    Number,
+    TemperatureDifference,
+    read_quantity,
+)
 from contactfem.verification.contact import CLOSED_FORMS, closed_form
 
 PositiveTime = Annotated[Duration, Field(gt=0)]
@@ -79,20 +86,23 @@ class Solver(Model):
 class Heat(Model):
     """Heat conduction, solved after the mechanics of each step (isothermal split).
 
-    The default scheme cG(1) is of second order and needs one solve per step. Where the start is
-    inconsistent or ρc tiny its temperatures may change sign in every step (ringing); the run warns
-    of that, and dG(1) does not ring. Passes of mechanics and heat repeat until the temperature
-    changes by less than `tolerance` of its range.
+    The default scheme dG(1) is of third order, and what is much faster than a step dies out. cG(1)
+    is of second order and has half the unknowns, but where the start is inconsistent or ρc tiny its
+    temperatures may change sign in every step (ringing); the run warns of that. A step in which a
+    pass of mechanics and heat changes temperatures, or by its gap a conductance, by more than a
+    percent is passed over again up to the fixed point, unless `max_passes` is given.
     """
 
     scheme: Literal["cG(1)", "cG(2)", "cG(3)", "cG(4)", "dG(0)", "dG(1)", "dG(2)", "steady"] = (
         Field(
-            default="cG(1)",
-            description='time scheme: cG(k) (22)-(27), the L-stable dG(k), or "steady"',
+            default="dG(1)",
+            description='time scheme: the L-stable dG(k), cG(k) (22)-(27), or "steady"',
         )
     )
-    max_passes: Annotated[Count, Field(ge=1)] = Field(
-        default=1, description="most passes of mechanics and heat per step"
+    max_passes: Annotated[Count, Field(ge=1)] | None = Field(
+        default=None,
+        description="most passes of mechanics and heat per step, 1 for the split of the article; "
+        "by default as many as a step needs",
     )
     tolerance: Fraction = Field(
         default=1e-6,
@@ -169,9 +179,14 @@ class Adaptivity(Model):
     start: Annotated[Duration, Field(ge=0)] = Field(
         default=0.0, description="time from which errors are judged"
     )
-    least_temperature: Annotated[Temperature, Field(ge=0)] = Field(
+    least_temperature: Annotated[TemperatureDifference, Field(ge=0)] = Field(
         default=1e-3,
-        description="spread of temperatures above which errors of heat and time are judged",
+        description="spread of temperatures in a body above which errors of heat and time are "
+        "judged",
+    )
+    least_strain: Annotated[Number, Field(ge=0)] = Field(
+        default=1e-9,
+        description="stress over Young's modulus above which errors of mechanics are judged",
     )
 
     @model_validator(mode="after")
@@ -237,7 +252,7 @@ class Expectation(Model):
     rel: NonNegative | None = Field(
         default=None, description="allowed deviation, relative to `value`"
     )
-    abs: Annotated[Number, Field(ge=0)] | None = Field(
+    abs: Annotated[Difference, Field(ge=0)] | None = Field(
         default=None, description="allowed deviation, absolute [SI]"
     )
     min: Number | None = Field(default=None, description="smallest allowed value [SI]")

@@ -2,7 +2,7 @@
 
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
-from contactfem.common.time_table import Table
+from contactfem.common.units import Given
 
 
 def stops(case: Case) -> list[float]:
@@ -14,9 +14,9 @@ def stops(case: Case) -> list[float]:
     Returns:
         The times, ascending [s].
     """
-    tables = [t for c in case.conditions for t in _tables(c)]
+    tables: list[Given] = [t for c in case.conditions for t in _tables(c)]
     tables += [t for o in case.obstacles.values() for t in o.displacement.values()]
-    tables += [body.temperature for body in case.bodies.values()]
+    tables += [body.temperature for body in case.bodies.values() if body.temperature is not None]
     tables += [o.temperature for o in case.obstacles.values() if o.temperature is not None]
     for interface in case.interfaces.values():
         given = (interface.heat.pressure, interface.heat.dissipation)
@@ -25,12 +25,13 @@ def stops(case: Case) -> list[float]:
     return sorted({t for t in times if 0.0 < t < case.time.end} | {case.time.end})
 
 
-def _tables(condition: Condition) -> list[Table]:
+def _tables(condition: Condition) -> list[Given]:
     """All values over time of a condition."""
-    given = [condition.traction, condition.body_force]
-    given += [condition.grip.force] if condition.grip else []
-    tables = [table for group in given if group for table in group.values()]
+    tables: list[Given] = []
+    for group in (condition.traction, condition.body_force):
+        tables += (group or {}).values()
+    tables += condition.grip.force.values() if condition.grip else []
     tables += [condition.pressure] if condition.pressure else []
-    tables += [condition.field] if isinstance(condition.field, Table) else []
+    tables += [condition.field] if condition.field is not None else []
     tables += [condition.convection.ambient] if condition.convection else []
     return tables + list(condition.components().values())

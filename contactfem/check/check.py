@@ -12,7 +12,7 @@ from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
 from contactfem.check.initial_gaps import obstacle_gap, surface_gap
-from contactfem.check.interface_summary import interface_facts
+from contactfem.check.interface_summary import gap_in_space, interface_facts
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
 from contactfem.common.text import nearest, one_line
@@ -254,17 +254,19 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
     for name, sides in case.interfaces.items():
         body, _, surface = sides.nonmortar.partition(".")
         line = lines[body][surface]
-        if sides.mortar in case.obstacles:
-            gap: float | None = obstacle_gap(line, case.obstacles[sides.mortar])
+        gap: float | None
+        if case.axes == 3:
+            gap = gap_in_space(case, sides)
+        elif sides.mortar in case.obstacles:
+            gap = obstacle_gap(line, case.obstacles[sides.mortar])
         else:
             other, _, face = sides.mortar.partition(".")
             gap = surface_gap(line, lines[other][face])
         low, high = _extent({surface: line})
         size = float(np.linalg.norm(high - low))
         yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {_gap(gap, size)}"
-        if case.axes == 2:
-            for text in interface_facts(case, sides):
-                yield "", text
+        for text in interface_facts(case, sides):
+            yield "", text
 
 
 def _gap(gap: float | None, size: float) -> str:

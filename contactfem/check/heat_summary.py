@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from contactfem.case.temperature_scale import (
+    doubtful_temperatures,
+    responds_to_temperature,
+    temperature_words,
+)
+from contactfem.common.time_table import Table
+
 if TYPE_CHECKING:
     from contactfem.case.interface_laws import InterfaceHeat
     from contactfem.case.schema import Case
 
-MATERIAL = ("density", "conductivity", "heat_capacity", "reference_temperature")
+MATERIAL = ("density", "conductivity", "heat_capacity")
 
 
 def heat_words(case: Case) -> Iterator[tuple[str, str]]:
@@ -22,13 +29,8 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         Title and text.
     """
     if case.heat is None:
-        set_temperature = [
-            name for name, body in case.bodies.items() if any(body.temperature.values)
-        ]
-        yield (
-            "heat",
-            f"off; temperature given in {', '.join(set_temperature)}" if set_temperature else "off",
-        )
+        given = [name for name, body in case.bodies.items() if body.temperature is not None]
+        yield "heat", f"off; temperature given in {', '.join(given)}" if given else "off"
     else:
         yield "heat", f"on: {_scheme(case)}, {_passes(case)}"
         own = [name for name, body in case.bodies.items() if body.thermal_mesh is not None]
@@ -36,6 +38,10 @@ def heat_words(case: Case) -> Iterator[tuple[str, str]]:
         for name, interface in case.interfaces.items():
             has_friction = interface.friction is not None or interface.heat.dissipation is not None
             yield f"heat at {name}", _interface(interface.heat, has_friction=has_friction)
+    if case.heat is not None or any(body.temperature for body in case.bodies.values()):
+        yield "temperatures", temperature_words(case)
+        for text in doubtful_temperatures(case):
+            yield "doubtful", text
     if unused := sorted(_unused(case)):
         yield "not used", ", ".join(unused)
 
@@ -51,17 +57,22 @@ def _passes(case: Case) -> str:
     assert case.heat is not None
     if not case.mechanics:
         return "without mechanics"
-    if case.heat.max_passes == 1:
+    if case.heat.max_passes is None and responds_to_temperature(case):
+        return "in turn with mechanics as often as a step needs"
+    if case.heat.max_passes in (None, 1):
         return "after the mechanics of each step"
     return f"in turn with mechanics, up to {case.heat.max_passes} passes"
 
 
 def _interface(heat: InterfaceHeat, *, has_friction: bool) -> str:
     """Conductance and the share of frictional heat, in words."""
+    h = heat.conductance
+    uniform = isinstance(h, Table) and not h.times
+    coefficient = h.values[0] if h is not None and uniform else "h(x, t)"
     laws = {
         "insulated": "insulated",
-        "constant": f"h = {heat.conductance} W/m²/K in contact",
-        "pressure": f"h = {heat.conductance} W/m²/K (p / {heat.hardness} Pa)^{heat.exponent}",
+        "constant": f"h = {coefficient} W/m²/K in contact",
+        "pressure": f"h = {coefficient} W/m²/K (p / {heat.hardness} Pa)^{heat.exponent}",
         "gas": f"h = {heat.gas_conductivity} W/m/K / (gap + {heat.gas_distance} m)",
     }
     law = laws.get(heat.law, f"h by {heat.law}")

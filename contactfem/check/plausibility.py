@@ -6,8 +6,8 @@ import numpy as np
 
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
-from contactfem.common.time_table import Table
 from contactfem.common.unit_display import engineering
+from contactfem.common.units import Given
 from contactfem.meshes.data import MeshData
 
 
@@ -31,7 +31,7 @@ def large_loads(case: Case) -> Iterator[str]:
             )
 
 
-def _loads(condition: Condition) -> list[Table]:
+def _loads(condition: Condition) -> list[Given]:
     """Loads per area [Pa]."""
     tables = list((condition.traction or {}).values())
     return tables + ([condition.pressure] if condition.pressure is not None else [])

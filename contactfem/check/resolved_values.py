@@ -7,6 +7,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
+from contactfem.common.place_time import Profile
 from contactfem.common.time_table import Table
 from contactfem.common.units import Quantity, TableOf
 from contactfem.common.user_function import FunctionRef
@@ -64,6 +65,10 @@ def _text(value: object, unit: str) -> str:
             return _text(value.values[0], unit)
         rows = zip(value.times, value.values, strict=True)
         return ", ".join(f"{_text(v, unit)} at {t:g} s" for t, v in rows)
+    if isinstance(value, Profile):
+        rows = zip(value.values, value.places, strict=True)
+        over = ", ".join(f"{_text(v, unit)} at {'xyz'[value.axis]} = {x:g} m" for v, x in rows)
+        return f"{over}; times {_text(value.factor, '')}"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

@@ -2,7 +2,9 @@
 
 import io
 import json
+import math
 import os
+import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -11,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib import format as npy
 
 from contactfem.errors import CheckpointError
 
@@ -58,21 +61,52 @@ def read_archive(path: Path) -> tuple[dict[str, Any], Tree]:
         CheckpointError: it is not there, not whole, or something else.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = _arrays(path)
         said = json.loads(arrays.pop(HEAD).tobytes())
         head = dict(said["head"])
         if said["arrays"] != list(arrays):  # zip files do not guard their list of contents
             raise ValueError("arrays are missing")
+        tree = _nested(arrays)
     except FileNotFoundError:
         raise CheckpointError(f"{path}: there is no such file") from None
     except OSError as error:
         reason = error.strerror or "not whole"
         raise CheckpointError(f"{path}: cannot be read: {reason}") from None
     except (ValueError, TypeError, KeyError, EOFError, NotImplementedError, RuntimeError,
-            zipfile.BadZipFile, zlib.error):  # fmt: skip
+            AttributeError, MemoryError, OverflowError, struct.error, zipfile.BadZipFile,
+            zlib.error):  # fmt: skip
         raise CheckpointError(f"{path}: is damaged, or was never a checkpoint") from None
-    return head, _nested(arrays)
+    return head, tree
+
+
+def _arrays(path: Path) -> dict[str, Array]:
+    """Arrays of a file by name; what does not fit into the file takes no memory.
+
+    Raises:
+        ValueError: An array is compressed, of objects, or of another size than its header says.
+    """
+    arrays = {}
+    with zipfile.ZipFile(path) as archive:
+        whole = path.stat().st_size
+        for info in archive.infolist():
+            if info.compress_type != zipfile.ZIP_STORED or info.file_size > whole:
+                raise ValueError("not stored as this program stores")
+            with archive.open(info) as file:
+                arrays[info.filename.removesuffix(".npy")] = _array(file.read())
+    return arrays
+
+
+def _array(data: bytes) -> Array:
+    """One array of the bytes of an .npy file."""
+    file = io.BytesIO(data)
+    version = npy.read_magic(file)
+    header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, fortran, dtype = header(file)
+    size = math.prod(shape) * dtype.itemsize
+    if dtype.hasobject or any(n < 0 for n in shape) or size != len(data) - file.tell():
+        raise ValueError("an array of another size than its header says")
+    flat = np.frombuffer(data, dtype, offset=file.tell()) if size else np.empty(0, dtype)
+    return flat.reshape(shape, order="F" if fortran else "C").copy()
 
 
 def _flat(tree: Tree, where: str) -> Iterator[tuple[str, Array]]:

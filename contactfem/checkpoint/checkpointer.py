@@ -17,6 +17,8 @@ from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.errors import Interrupted, WriteError
 
+FIRST = 60.0  # seconds after which the first checkpoint is due at the latest
+
 
 @dataclass(frozen=True)
 class RunState:
@@ -133,4 +135,5 @@ class Checkpointer:
             return False
         if self._every is not None and step - self._step >= self._every:
             return True
-        return self._comm.rank == 0 and time.monotonic() - self._time >= self._interval
+        interval = self._interval if self._any else min(self._interval, FIRST)
+        return self._comm.rank == 0 and time.monotonic() - self._time >= interval

@@ -1,17 +1,21 @@
 """Contents of a checkpoint: progress, case and state."""
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from contactfem import __version__
 from contactfem.adaptivity.decisions import MeshHistory
 from contactfem.checkpoint.archive import Tree, read_archive, write_archive
 from contactfem.common.files import whole_file
+from contactfem.common.text import one_line
 from contactfem.errors import CheckpointError
 from contactfem.results.data import Failure, StepReport
 
@@ -142,8 +146,27 @@ def read_checkpoint(folder: Path) -> tuple[Checkpoint, str]:
     raise CheckpointError("\n".join(line.partition("; taking")[0] for line in complaints))
 
 
+@contextmanager
+def intact(name: str) -> Iterator[None]:
+    """Say in one line that a checkpoint's state is not what this program wrote.
+
+    Args:
+        name: Of the checkpoint.
+
+    Raises:
+        CheckpointError: What is done inside finds parts missing, or of another kind or size.
+    """
+    try:
+        yield
+    except (KeyError, IndexError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        why = one_line(f"{type(error).__name__}: {error}")
+        raise CheckpointError(f"{name}: is damaged, its state does not fit ({why})") from None
+
+
 def _read(path: Path) -> Checkpoint:
     head, state = read_archive(path)
+    if name := _not_a_number(state):
+        raise CheckpointError(f"{path}: is damaged, {name} holds what is not a number")
     if head.get("format") != FORMAT:
         raise CheckpointError(
             f"{path}: has format {head.get('format')}, of contactfem {head.get('version')}; this "
@@ -158,4 +181,18 @@ def _read(path: Path) -> Checkpoint:
             f"{path}: contactfem {head.get('version')} wrote other things into it than this one "
             "can read"
         ) from None
+    if not (0.0 < progress.dt < math.inf and 0.0 < progress.ramp_end < math.inf):
+        raise CheckpointError(f"{path}: is damaged, its steps have no length")
     return Checkpoint(origin, progress, seconds, state)
+
+
+def _not_a_number(tree: Tree, where: str = "") -> str:
+    """Name of the first array that holds NaN; empty if there is none."""
+    for name, part in tree.items():
+        key = f"{where}{name}"
+        if isinstance(part, dict):
+            if found := _not_a_number(part, f"{key}/"):
+                return found
+        elif part.dtype.kind == "f" and np.isnan(part).any():
+            return key
+    return ""

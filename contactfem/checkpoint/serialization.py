@@ -86,6 +86,27 @@ def exchange(tree: Tree) -> HeatExchange:
     return _unpacked(HeatExchange, tree | {"means": _unpacked(NodalMeans, tree["means"])})
 
 
+def check_lengths(tree: Tree, sparse: tuple[int, int], length: int) -> None:
+    """Make sure that the arrays of an interface have its size.
+
+    Args:
+        tree: From `packed`.
+        sparse: Shape of its sparse matrices.
+        length: Of its arrays.
+
+    Raises:
+        ValueError: One has another.
+    """
+    for name, part in tree.items():
+        if isinstance(part, dict) and "indptr" in part:
+            if tuple(int(n) for n in part["shape"]) != sparse:
+                raise ValueError(f"'{name}' is of another interface")
+        elif isinstance(part, dict):
+            check_lengths(part, sparse, length)
+        elif part.dtype.kind not in "biuf" or (part.ndim and len(part) != length):
+            raise ValueError(f"'{name}' is of another interface")
+
+
 def _unpacked[T](kind: type[T], tree: Tree) -> T:
     """A dataclass or a named tuple of its fields; those that are none of arrays as they are."""
     return kind(**{name: _value(part) for name, part in tree.items()})
@@ -94,7 +115,9 @@ def _unpacked[T](kind: type[T], tree: Tree) -> T:
 def _value(part: Any) -> Any:
     if isinstance(part, dict):
         parts = (part["data"], part["indices"], part["indptr"])
-        return sp.csr_matrix(parts, shape=tuple(part["shape"]))
+        matrix = sp.csr_matrix(parts, shape=tuple(part["shape"]))
+        matrix.check_format(full_check=True)  # indices out of range would not be noticed later
+        return matrix
     if isinstance(part, np.ndarray) and part.ndim == 0:
         return part.item()
     return part

@@ -118,7 +118,9 @@ def _of_state(discretisation: Discretisation, state: State) -> Tree:
 def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State:
     """A state, to which the bodies are set; collective."""
     system = discretisation.system
-    t = float(tree["t"])
+    t, dt = tree["t"].item(), tree["dt"].item()
+    if not (np.isfinite(t) and t >= 0.0 and np.isfinite(dt) and dt >= 0.0):
+        raise ValueError(f"no state can be of t = {t:g} s after a step of {dt:g} s")
     for name, body in discretisation.bodies.items():
         _insert(body.V, tree["displacement"][name], body.u.x.array)
         if body.temperature is not None:
@@ -128,6 +130,8 @@ def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State
     parts = [tree["interfaces"][interface.name] for interface in discretisation.interfaces]
     found, guess = [], []
     for interface, part in zip(discretisation.interfaces, parts, strict=True):
+        mesh = interface.nodes.mesh
+        packing.check_lengths(part, (mesh.n_nonmortar, mesh.n_nodes), mesh.n_nonmortar)
         operators = interface.contact.operators(interface.nodes.positions(t, ramp_end))
         if "conditions" in part:
             found.append(packing.contact_state(part["conditions"], interface.contact, operators))
@@ -139,7 +143,7 @@ def _state(discretisation: Discretisation, tree: Tree, ramp_end: float) -> State
         tuple(packing.history(part["history"]) for part in parts),
         [part["slip"] for part in parts],
         tuple(found),
-        dt=float(tree["dt"]),
+        dt=dt,
         repeatable=bool(tree["repeatable"]),
         guess=tuple(guess),
     )
@@ -207,10 +211,14 @@ def _restore_heat(heat: Thermal, tree: Tree, state: State, discretisation: Discr
         for name in fields.keys() & part.keys():
             fields[name].append(np.zeros(body.n_dofs))
             _insert(body.V, part[name], fields[name][-1])
-    exchanges = [
-        packing.exchange(tree["exchanges"][link.heat.name])
-        for link in (heat.interfaces if tree.get("exchanges") else ())
-    ]
+    exchanges = []
+    for link in heat.interfaces if tree.get("exchanges") else ():
+        part, mesh = tree["exchanges"][link.heat.name], link.heat.nodes.mesh
+        n, every = mesh.n_nonmortar, mesh.n_nodes
+        own = {name: part[name] for name in ("conduction", "friction")}
+        packing.check_lengths(own, (every, every), every)
+        packing.check_lengths(part["means"], (n, every), n)
+        exchanges.append(packing.exchange(part))
     state.rate = fields["rate"]
     state.accept_heat(fields["temperature"], exchanges, discretisation)
     recent = tuple(Increment(float(norm), float(inner)) for norm, inner in tree["increments"])
@@ -234,6 +242,14 @@ def _of_mesh(mesh: BodyMesh) -> Tree:
 
 def _mesh(tree: Tree) -> MeshData:
     groups = {str(name): tree["groups"][str(k)] for k, name in enumerate(tree["names"])}
+    points, cells = tree["points"], tree["cells"]
+    if points.ndim != 2 or not np.isfinite(points).all() or cells.ndim != 2 or not len(cells):
+        raise ValueError("a mesh is none")
+    for numbers in (cells, *groups.values()):
+        if numbers.dtype.kind != "i" or numbers.min(initial=0) < 0:
+            raise ValueError("a mesh has numbers of nodes that are none")
+        if numbers.max(initial=0) >= len(points):
+            raise ValueError("a mesh names nodes that it does not have")
     return MeshData(tree["points"], tree["cells"], str(tree["cell_type"]), groups)  # type: ignore[arg-type]
 
 
@@ -252,8 +268,17 @@ def _gathered(comm: MPI.Comm, V: fem.FunctionSpace, values: Floats) -> Floats:
 
 
 def _insert(V: fem.FunctionSpace, table: Array, into: Floats) -> None:
-    """Write values of all input cells to this rank's dofs, owned and ghost."""
-    into[_dofs(V)] = table[V.mesh.topology.original_cell_index]
+    """Write values of all input cells to this rank's dofs, owned and ghost.
+
+    Raises:
+        ValueError: The values are of another mesh, or not finite.
+    """
+    dofs = _dofs(V)
+    if table.shape != (V.mesh.topology.index_map(V.mesh.topology.dim).size_global, dofs.shape[1]):
+        raise ValueError(f"values of shape {table.shape} are of another mesh")
+    if not np.isfinite(table).all():
+        raise ValueError("values are not finite")
+    into[dofs] = table[V.mesh.topology.original_cell_index]
 
 
 def _dofs(V: fem.FunctionSpace) -> Ints:

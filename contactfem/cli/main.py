@@ -5,7 +5,8 @@ import glob
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from contactfem import __version__
@@ -172,11 +173,29 @@ def _resume(options: argparse.Namespace) -> int:
     return resume_command(options.folder, options.overrides)
 
 
+@contextmanager
+def _files_of_runs(paths: Sequence[Path]) -> Iterator[None]:
+    """Say in one line that a file of a run is not what this program wrote.
+
+    Raises:
+        CaseError: What is done inside finds parts missing, or of another kind.
+    """
+    try:
+        yield
+    except (KeyError, IndexError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        where = ", ".join(str(path) for path in paths)
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise CaseError(
+            f"{where}: a file there is damaged, or of another program ({why})"
+        ) from None
+
+
 def _verify(options: argparse.Namespace) -> int:
     from contactfem.audit.files import verify
     from contactfem.output.tables import read_summary
 
-    found = verify(options.folder, read_summary(options.folder))
+    with _files_of_runs([options.folder]):
+        found = verify(options.folder, read_summary(options.folder))
     for finding in found:
         print(finding)
     if not found:
@@ -199,7 +218,9 @@ def _report(options: argparse.Namespace) -> int:
         from contactfem.study.suite import report_folder
 
         return report_folder(options.paths[0], Path("runs") / options.paths[0].resolve().name)
-    return report([folder for path in options.paths for folder in _folders(path)])
+    folders = [folder for path in options.paths for folder in _folders(path)]
+    with _files_of_runs(folders):
+        return report(folders)
 
 
 def _junit(path: Path, folders: Sequence[Path]) -> int:
@@ -220,7 +241,8 @@ def _pages(folders: Sequence[Path]) -> int:
 
     for folder in folders:
         try:
-            print(write_page(folder))
+            with _files_of_runs([folder]):
+                print(write_page(folder))
         except OSError as error:
             raise CaseError(f"{folder}: cannot be written to: {error.strerror}") from None
     return ExitCode.DONE

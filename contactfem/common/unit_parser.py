@@ -75,6 +75,16 @@ PLAIN = {
     "rad": Unit(1.0),
     "%": Unit(1e-2),
 }
+# scales of temperature with a zero of their own: one degree, and their zero in kelvin
+CELSIUS, FAHRENHEIT = (1.0, 273.15), (5.0 / 9.0, 459.67 * 5.0 / 9.0)
+SCALES = {
+    "degC": CELSIUS,
+    "°C": CELSIUS,
+    "celsius": CELSIUS,
+    "degF": FAHRENHEIT,
+    "°F": FAHRENHEIT,
+    "fahrenheit": FAHRENHEIT,
+}
 PREFIXES = {
     "n": 1e-9,
     "µ": 1e-6,
@@ -150,6 +160,19 @@ def unit(text: str) -> Unit:
     return result
 
 
+def has_zero(text: str) -> bool:
+    """Whether a unit is a scale of temperature such as "degC", whose values are absolute."""
+    return text.strip() in SCALES
+
+
+def kelvin(number: float, scale: str) -> float:
+    """Absolute temperature of a value on a scale such as "degC" [K]."""
+    degree, zero = SCALES[scale.strip()]
+    if degree == 1.0:
+        return float(Decimal(repr(number)) + Decimal(repr(zero)))
+    return number * degree + zero
+
+
 def scaled(number: float, factor: float) -> float:
     """Product of both; exact for powers of ten, so that "39.3 mm" is 0.0393."""
     exponent = round(math.log10(factor))
@@ -218,7 +241,9 @@ def _power(tokens: list[str], symbol: Callable[[str], Unit]) -> Unit:
 
 
 def _symbol(name: str) -> Unit:
-    """One unit with or without prefix."""
+    """One unit with or without prefix; in a product degC and degF are differences."""
+    if name in SCALES:
+        return Unit(SCALES[name][0], PREFIXABLE["K"].exponents)
     if name in PLAIN:
         return PLAIN[name]
     if name in PREFIXABLE:

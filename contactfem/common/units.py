@@ -13,11 +13,14 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from contactfem.common.place_time import Profile
 from contactfem.common.time_table import Table, constant
 from contactfem.common.unit_parser import (
     DIMENSIONS,
     UnitError,
     dimension,
+    has_zero,
+    kelvin,
     scaled,
     split,
     unit,
@@ -47,12 +50,13 @@ EXAMPLES = {
 }
 
 
-def si(text: str, symbol: str) -> float:
+def si(text: str, symbol: str, *, difference: bool = False) -> float:
     """Read a quantity.
 
     Args:
         text: number and unit, such as "35 N/mm^2".
         symbol: SI unit of what is expected, such as "Pa".
+        difference: whether "1 degC" is a difference of 1 K, not the temperature 274.15 K.
 
     Returns:
         The value [symbol].
@@ -66,12 +70,18 @@ def si(text: str, symbol: str) -> float:
     found, expected = unit(rest), unit(symbol)
     if found.exponents != expected.exponents:
         raise UnitError(f"is {dimension(found.exponents)}, not {dimension(expected.exponents)}")
-    value = scaled(number, found.factor)
+    value = kelvin(number, rest) if _on_scale(rest, difference) else scaled(number, found.factor)
+    if _on_scale(rest, difference) and value < 0.0:
+        raise UnitError("is below absolute zero")
     if not abs(value) <= LARGEST:
         raise UnitError("is too large a number")
     if 0.0 < abs(value) < 1.0 / LARGEST:
         raise UnitError("is too small a number")
     return value
+
+
+def _on_scale(symbol: str, difference: bool) -> bool:
+    return has_zero(symbol) and not difference
 
 
 def allowed(symbol: str) -> str:
@@ -85,8 +95,10 @@ def _wrong(why: str, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("quantity", "{why}; give {allowed}", context)
 
 
-def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
-    """One quantity from a case file or from Python.
+def read_quantity(
+    value: object, symbol: str, info: ValidationInfo, *, difference: bool = False
+) -> float:
+    """One quantity from a case file or from Python; of a difference of temperatures or a value.
 
     Raises:
         PydanticCustomError: with what is wrong and what is allowed.
@@ -94,7 +106,7 @@ def read_quantity(value: object, symbol: str, info: ValidationInfo) -> float:
     strict = bool((info.context or {}).get("strict_units"))
     if isinstance(value, str):
         try:
-            return si(value, symbol)
+            return si(value, symbol, difference=difference)
         except UnitError as error:
             raise _wrong(str(error), allowed(symbol)) from None
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -123,14 +135,17 @@ class Quantity:
     """Marks a float that is read from a number with a unit of the dimension of `symbol`."""
 
     symbol: str
+    difference: bool = False
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         """Read before the float is checked, so that limits act on the SI value."""
-        return core_schema.with_info_before_validator_function(
-            lambda value, info: read_quantity(value, self.symbol, info), handler(source)
-        )
+
+        def read(value: object, info: ValidationInfo) -> float:
+            return read_quantity(value, self.symbol, info, difference=self.difference)
+
+        return core_schema.with_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -141,7 +156,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class AnyQuantity:
-    """Marks a float that is read from a number, or from a string with a unit of any dimension."""
+    """Marks a float that is read from a number, or from a string with a unit of any dimension.
+
+    Attributes:
+        difference: whether "1 degC" is a difference of 1 K, not the temperature 274.15 K.
+    """
+
+    difference: bool = False
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -160,7 +181,10 @@ class AnyQuantity:
         if isinstance(value, str):
             try:
                 number, rest = split(value)
-                value = scaled(number, unit(rest).factor)
+                if _on_scale(rest, self.difference):
+                    value = kelvin(number, rest)
+                else:
+                    value = scaled(number, unit(rest).factor)
             except UnitError as error:
                 raise _wrong(str(error), allowed) from None
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -206,21 +230,50 @@ class TableOf:
 
 @dataclass(frozen=True)
 class FieldOf(TableOf):
-    """Marks a `Table`, or a user's function of place and time, of the dimension of `symbol`."""
+    """Marks a `Table`, a `Profile`, or a user's function of place and time, of one dimension."""
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Editors see a quantity, rows of time and quantity, or the name of a function."""
         table = super().__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [*table["anyOf"], {"type": "string", "examples": ["fields.py:source"]}]}
+        example = _profile(self.symbol)
+        over = {"type": "object", "required": ["over", "table"], "examples": [example]}
+        function = {"type": "string", "examples": ["fields.py:source"]}
+        return {"anyOf": [*table["anyOf"], over, function]}
 
     def _table(self, value: object, info: ValidationInfo) -> Any:
-        if isinstance(value, FunctionRef):
+        if isinstance(value, FunctionRef | Profile):
             return value
+        if isinstance(value, dict):
+            return self._over_place(value, info)
         if isinstance(value, str) and is_reference(value):
             return reference(value)
         return super()._table(value, info)
+
+    def _over_place(self, value: dict[str, object], info: ValidationInfo) -> Profile:
+        """A table over one coordinate, { over = "x", table = [[place, value], ...] }."""
+        symbol = (info.context or {}).get("units", {}).get(self.symbol, self.symbol)
+        axis, rows = value.get("over"), value.get("table")
+        known = axis in ("x", "y", "z") and value.keys() <= {"over", "table", "factor"}
+        if not known or not isinstance(rows, list | tuple):
+            raise _wrong("is not a table over a coordinate", f"{_profile(symbol)}")
+        pairs = _rows(rows, symbol)
+        places = tuple(read_quantity(row[0], "m", info) for row in pairs)
+        for before, after in pairwise(places):
+            if not before < after:
+                why = f"places are out of order: {after:g} m follows {before:g} m"
+                raise _wrong(why, "ascending places")
+        values = tuple(read_quantity(row[1], symbol, info) for row in pairs)
+        factor = TableOf("")._table(value.get("factor", 1.0), info)
+        return Profile(("x", "y", "z").index(str(axis)), places, values, factor)
+
+
+def _profile(symbol: str) -> str:
+    """Example of a table over a coordinate."""
+    example = EXAMPLES.get(symbol, f"1 {symbol}")
+    rows = f"[['0 mm', '{example}'], ['10 mm', '{example}']]"
+    return f"{{ over = 'x', table = {rows} }}"
 
 
 def _rows(value: Sequence[object], symbol: str) -> list[Sequence[object]]:
@@ -240,12 +293,14 @@ Length = Annotated[float, Quantity("m")]
 Duration = Annotated[float, Quantity("s")]
 Pressure = Annotated[float, Quantity("Pa")]
 Temperature = Annotated[float, Quantity("K")]
+TemperatureDifference = Annotated[float, Quantity("K", difference=True)]
 ForcePerLength = Annotated[float, Quantity("N/m")]
 Expansion = Annotated[float, Quantity("1/K")]
 Density = Annotated[float, Quantity("kg/m^3")]
 Conductivity = Annotated[float, Quantity("W/m/K")]
 HeatCapacity = Annotated[float, Quantity("J/kg/K")]
 Number = Annotated[float, AnyQuantity()]
+Difference = Annotated[float, AnyQuantity(difference=True)]
 
 LengthTable = Annotated[Table, TableOf("m")]
 PressureTable = Annotated[Table, TableOf("Pa")]
@@ -256,6 +311,11 @@ LineForceTable = Annotated[Table, TableOf("N/m")]
 
 Conductance = Annotated[float, Quantity("W/m^2/K")]
 HeatFluxTable = Annotated[Table, TableOf("W/m^2")]
-TemperatureField = Annotated[Table | FunctionRef, FieldOf("K")]
-HeatFluxField = Annotated[Table | FunctionRef, FieldOf("W/m^2")]
-HeatSourceField = Annotated[Table | FunctionRef, FieldOf("W/m^3")]
+Given = Table | Profile | FunctionRef
+TemperatureField = Annotated[Given, FieldOf("K")]
+HeatFluxField = Annotated[Given, FieldOf("W/m^2")]
+HeatSourceField = Annotated[Given, FieldOf("W/m^3")]
+LengthField = Annotated[Given, FieldOf("m")]
+PressureField = Annotated[Given, FieldOf("Pa")]
+VolumeForceField = Annotated[Given, FieldOf("N/m^3")]
+ConductanceField = Annotated[Given, FieldOf("W/m^2/K")]

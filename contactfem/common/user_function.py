@@ -23,6 +23,16 @@ class FunctionRef:
         """As it stands in a case file."""
         return f"{self.file}:{self.name}"
 
+    @property
+    def times(self) -> tuple[float, ...]:
+        """Times at which its values are known to have a kink: none."""
+        return ()
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Values that are known without calling it: none."""
+        return ()
+
     def load(self, folder: Path) -> Callable[..., Any]:
         """The function.
 

@@ -28,8 +28,9 @@ from contactfem.laws.complementarity import (
 )
 from contactfem.laws.edge_stabilisation import edge_compliance
 from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
+from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.interface_mesh import InterfaceMesh
-from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
+from contactfem.mortar.mortar_operators import MortarOperators
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Contact:
 
     def operators(self, x: Floats) -> MortarOperators:
         """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
-        return mortar_operators(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
+        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
 
     def state(
         self,
@@ -228,7 +229,8 @@ class Contact:
     def _slip_state(self, p: Floats, slip: Floats, history: ContactHistory) -> SlipState:
         """What friction may depend on."""
         temperature = np.full_like(p, history.temperature)
-        return SlipState(p, lengths(slip) / history.dt, temperature)
+        speed: Floats = np.divide(lengths(slip), history.dt)
+        return SlipState(p, speed, temperature)
 
     def augmented(self, c: ContactState, tolerance: Floats) -> ContactHistory | None:
         """Next estimates of an augmented Lagrangian.

@@ -10,9 +10,11 @@ from contactfem.case.base import AXES
 from contactfem.case.element_choice import element_of
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import given_temperature, reference_temperature
 from contactfem.common import user_function as functions
 from contactfem.common.time_table import constant
 from contactfem.common.typing import Ints
+from contactfem.discretisation.given_data import given
 from contactfem.discretisation.meshes import ON_AXIS
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
@@ -39,14 +41,14 @@ def body_problem(case: Case, name: str, mesh: BodyMesh) -> BodyProblem:
     body = case.bodies[name]
     element = element_of(body, case.materials[body.material], mesh.mesh.basix_cell().name)
     law = _law(case, case.materials[body.material], mixed=element == "MINI")
-    loads = [load for c in case.conditions if c.body == name for load in _loads(c, case.axes)]
-    theta = body.temperature if case.heat is None else None
+    loads = [load for c in case.conditions if c.body == name for load in _loads(case, c)]
+    theta = given_temperature(case, name) if case.heat is None else None
     return BodyProblem(name, mesh, law, theta, loads, case.axisymmetric)
 
 
 def _law(case: Case, material: Material, *, mixed: bool) -> Law:
     """Energy and parameters of a material."""
-    small = case.strain == "small"
+    small, reference = case.strain == "small", reference_temperature(material)
     parameters = {
         "bulk_modulus": material.K,
         "shear_modulus": material.mu,
@@ -55,10 +57,10 @@ def _law(case: Case, material: Material, *, mixed: bool) -> Law:
     if material.model == "neo-hooke":
         energy = linear_elastic if small else neo_hooke
         with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
-        return Law(
-            energy, parameters, material.E, small, small, with_mean_stress if mixed else None
-        )
-    return Law(_user_energy(case, material.model), parameters, material.E, small, linear=False)
+        mean = with_mean_stress if mixed else None
+        return Law(energy, parameters, material.E, small, small, mean, reference)
+    energy = _user_energy(case, material.model)
+    return Law(energy, parameters, material.E, small, linear=False, reference=reference)
 
 
 def _user_energy(case: Case, reference: str) -> Energy:
@@ -69,14 +71,15 @@ def _user_energy(case: Case, reference: str) -> Energy:
         raise CaseError(f"{case.path}: material model {error}") from None
 
 
-def _loads(condition: Condition, axes: int) -> list[Load]:
+def _loads(case: Case, condition: Condition) -> list[Load]:
     """Loads of a condition, none if it prescribes a motion."""
     if condition.pressure is not None:
-        return [Load(condition.surface, (condition.pressure,))]
-    given = condition.traction or condition.body_force
-    if given is None:
+        return [Load(condition.surface, (given(case, condition.pressure),))]
+    found = condition.traction or condition.body_force
+    if found is None:
         return []
-    components = tuple(given.get(axis, constant(0.0)) for axis in AXES[:axes])
+    zero = constant(0.0)
+    components = tuple(given(case, found.get(axis, zero)) for axis in AXES[: case.axes])
     return [Load(condition.surface if condition.traction else None, components)]
 
 

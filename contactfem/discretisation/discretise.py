@@ -18,6 +18,7 @@ from contactfem.discretisation.bodies import (
     on_axis,
     vertices_of_condition,
 )
+from contactfem.discretisation.given_data import given as given_data
 from contactfem.discretisation.interfaces import (
     contact_of_interface,
     multiplier_count,
@@ -116,7 +117,7 @@ def _mechanics(
             vertices = vertices_of_condition(condition, meshes, comm)
             for axis, table in condition.components().items():
                 body, component = index[condition.body], AXES.index(axis)
-                prescribed.append(Prescribed(body, vertices, component, table))
+                prescribed.append(Prescribed(body, vertices, component, given_data(case, table)))
                 held.append(f"{condition.on}.{axis}")
             for axis, table in (condition.grip.force if condition.grip else {}).items():
                 tied.append(TiedDofs(index[condition.body], vertices, AXES.index(axis), table))

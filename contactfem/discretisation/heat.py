@@ -6,16 +6,16 @@ import numpy as np
 
 from mpi4py import MPI
 
-from contactfem.case.law_factory import conductance_law
+from contactfem.case.law_factory import conductance_law, varies
 from contactfem.case.scene import Condition, Material
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import initial_temperature
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
-from contactfem.common.user_function import FunctionRef
-from contactfem.errors import CaseError
+from contactfem.discretisation.given_data import given
 from contactfem.fem.body_mesh import BodyMesh
-from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad, PlaceTime
+from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad
 from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
 from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.heat.system import HeatSystem, PrescribedTemperature
@@ -70,7 +70,7 @@ def discretise_heat(
     for condition in case.conditions:
         if condition.temperature is not None:
             vertices = meshes[condition.body].surface(condition.surface or "").vertices
-            value = _field(case, condition.temperature)
+            value = given(case, condition.temperature)
             held.append(PrescribedTemperature(index[condition.body], vertices, value))
             names.append(condition.on)
     system = HeatSystem(comm, heat, held, scheme(case.heat.scheme), case.heat.petsc, timers)
@@ -104,7 +104,7 @@ def _law(case: Case, material: Material) -> HeatLaw:
     if not case.heat.thermoelastic:
         return HeatLaw(material.conductivity, capacity)
     cooling = 3.0 * material.expansion * material.K
-    return HeatLaw(material.conductivity, capacity, cooling, material.reference_temperature or 0.0)
+    return HeatLaw(material.conductivity, capacity, cooling)
 
 
 def _is_load(condition: Condition) -> bool:
@@ -116,33 +116,12 @@ def _load(case: Case, condition: Condition) -> HeatLoad:
     if condition.convection is not None:
         return HeatLoad(surface, condition.convection.ambient, condition.convection.coefficient)
     assert condition.field is not None
-    return HeatLoad(surface, _field(case, condition.field))
-
-
-def _field(case: Case, value: Table | FunctionRef) -> Table | PlaceTime:
-    """A value over time, or a user's function of place and time, checked when it is called."""
-    if isinstance(value, Table):
-        return value
-    function = value.load(case.path.parent)
-
-    def checked(x: Floats, t: float) -> Floats:
-        found = np.asarray(function(x, t), dtype=np.float64)
-        try:
-            values = np.broadcast_to(found, x.shape[1:])
-        except ValueError:
-            raise CaseError(
-                f"{case.path}: {value}: gave values of shape {found.shape} for {x.shape[1]} points"
-            ) from None
-        if not np.isfinite(values).all():
-            raise CaseError(f"{case.path}: {value}: gave a value that is not finite, t = {t:g} s")
-        return values
-
-    return checked
+    return HeatLoad(surface, given(case, condition.field))
 
 
 def _initial(case: Case, body: HeatBody) -> Floats:
     """Temperature at time zero, flat local."""
-    value = _field(case, case.bodies[body.name].initial_temperature)
+    value = given(case, initial_temperature(case, body.name))
     if isinstance(value, Table):
         return np.full(body.n_dofs, value(0.0))
     return np.array(value(body.V.tabulate_dof_coordinates().T, 0.0))
@@ -178,8 +157,14 @@ def _interface(
         moves[:count] = held < PRESCRIBED
     nodes = HeatNodes(heat, system, nonmortar, mortar, moves, case.axisymmetric)
     temperature = case.obstacles[interface.mortar].temperature if obstacle is not None else None
+    h = interface.heat.conductance
     law = HeatInterfaceLaw(
-        conductance_law(case, interface.heat), interface.heat.partition, radius, temperature
+        conductance_law(case, interface.heat),
+        interface.heat.partition,
+        radius,
+        temperature,
+        coefficient=given(case, h) if h is not None and varies(interface.heat) else None,
+        by_pressure=interface.heat.law not in ("insulated", "constant", "gas"),
     )
     return InterfaceLink(
         HeatInterface(name, nodes, law),

@@ -14,8 +14,8 @@ from contactfem.results.data import Observables
 
 def forces(
     discretisation: Discretisation, conditions: Sequence[ContactState]
-) -> dict[str, tuple[float, float]]:
-    """Resultant of every interface on its mortar side [N/m].
+) -> dict[str, tuple[float, ...]]:
+    """Resultant of every interface on its mortar side [N/m], in space [N].
 
     Args:
         discretisation: The interfaces.
@@ -24,7 +24,7 @@ def forces(
     result = {}
     for interface, c in zip(discretisation.interfaces, conditions, strict=True):
         force = -c.nodal_forces()[len(c.status) :].sum(0)
-        result[interface.name] = (float(force[0]), float(force[1]))
+        result[interface.name] = tuple(float(part) for part in force)
     return result
 
 

@@ -141,5 +141,6 @@ def initial_state(discretisation: Discretisation, ramp_end: float) -> State:
     )
     if discretisation.heat is not None:
         initial = [theta.copy() for theta in discretisation.heat.initial]
+        discretisation.heat.set_temperature(initial)
         state.accept_heat(initial, (), discretisation)
     return state

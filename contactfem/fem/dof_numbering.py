@@ -15,6 +15,7 @@ from dolfinx import fem, la
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.errors import CaseError
@@ -68,7 +69,7 @@ class Prescribed:
     body: int
     vertices: Ints
     component: int
-    value: Table
+    value: Table | Varying
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,13 @@ from ufl.core.expr import Expr
 
 from petsc4py import PETSc
 
+from contactfem.common.place_time import PlaceTime
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
 from contactfem.fem.compat import CellExpression, assemble_into, local_matrix
 from contactfem.forms.heat import conduction, elastic_cooling, heat_flux, storage, surface_ratio
 from contactfem.forms.kinematics import circumference, deformation_gradient, hoop_strain
-
-PlaceTime = Callable[[Floats, float], Floats]
 
 
 @dataclass(frozen=True)
@@ -32,13 +31,11 @@ class HeatLaw:
         conductivity: k [W/m/K].
         capacity: ρ₀ c [J/m³/K]; zero where nothing is stored.
         cooling: 3 α K of the term that straining takes [Pa/K]; None to leave it out.
-        reference: θ₀, absolute temperature of the stress-free state [K].
     """
 
     conductivity: float
     capacity: float
     cooling: float | None = None
-    reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +66,7 @@ class HeatBody:
         deforms: Whether heat is conducted in the deformed configuration (finite strain).
 
     Attributes:
-        theta: Relative temperature [K].
+        theta: Temperature [K].
         u: Displacement at the end of the step, linear on this mesh [m]; zero where nothing moves.
     """
 
@@ -93,6 +90,7 @@ class HeatBody:
         self.u = fem.Function(self.displacement_space)
         self.n_owned = self.V.dofmap.index_map.size_local
         self.vertex_dofs, self.vertices = dofs_at_vertices(domain, self.V)
+        self.loads = tuple(loads)
         self._forms = _Forms(self, loads, axisymmetric)
 
     @property
@@ -275,12 +273,10 @@ class _Cooling:
         domain, law = body.mesh.mesh, body.law
         self._theta, self._u_old = fem.Function(body.V), fem.Function(body.displacement_space)
         self._dt = fem.Constant(domain, 1.0)
-        modulus, reference = (
-            fem.Constant(domain, value) for value in (law.cooling or 0.0, law.reference)
-        )
+        modulus = fem.Constant(domain, law.cooling or 0.0)
         F, F_old = deformation(body.u), deformation(self._u_old)
         growth = ufl.ln(ufl.det(F) / ufl.det(F_old)) if body.deforms else ufl.tr(F - F_old)
-        power = elastic_cooling(self._theta, modulus, reference, growth, self._dt)
+        power = elastic_cooling(self._theta, modulus, growth, self._dt)
         self._form = fem.form(power * ufl.TestFunction(body.V) * depth * dx)
 
     def assemble(self, theta: Floats, u_old: Floats, dt: float) -> Floats:

@@ -6,12 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.laws.conductance import ConductanceLaw
 from contactfem.mortar.normals import nodal_normals
-from contactfem.mortar.quadrature import IntegrationPoints, integration_points
+from contactfem.mortar.quadrature import (
+    IntegrationPoints,
+    integration_points,
+    logarithmic_mean,
+)
 from contactfem.mortar.segments import cut, find_pairs
 from contactfem.results.data import SurfaceHeat
 
@@ -61,12 +66,17 @@ class HeatInterfaceLaw:
         partition: Share of the frictional heat that enters the nonmortar side [-].
         search_radius: How far apart the surfaces look for each other [m].
         obstacle: Temperature of a rigid mortar side over time [K]; None if it conducts nothing.
+        coefficient: That conductance is multiplied with, over time or over time and reference place
+            of the nonmortar side; None for 1.
+        by_pressure: Whether conductance depends on more than whether there is pressure.
     """
 
     conductance: ConductanceLaw | None
     partition: float
     search_radius: float
     obstacle: Table | None = None
+    coefficient: Table | Varying | None = None
+    by_pressure: bool = False
 
 
 class HeatInterface:
@@ -96,18 +106,26 @@ class HeatInterface:
         return float(weights @ [self.law.obstacle(float(t)) for t in times])
 
     def exchange(
-        self, x: Floats, pressure: Floats, dissipation: Floats, power: float | None
+        self,
+        x: Floats,
+        pressure: Floats | None,
+        dissipation: Floats,
+        power: float | None,
+        t: float = 0.0,
     ) -> HeatExchange:
         """Conduction and frictional heat at one configuration; collective.
 
         ∫ h (ϑ_nm - ϑ_m) (δϑ_nm - δϑ_m) da and ∫ d (β δϑ_nm + (1 - β) δϑ_m) da (21), share β.
+        Across a gap between curved surfaces the first area is the logarithmic mean of both sides'.
 
         Args:
             x: Positions of the nodes [m], (n, 2).
-            pressure: p at the nonmortar nodes [Pa], (n_nonmortar,).
+            pressure: p at the nonmortar nodes [Pa], (n_nonmortar,); None where nothing tells it:
+                what touches is then in contact.
             dissipation: d at the nonmortar nodes [W/m²], (n_nonmortar,).
             power: Frictional power of mechanics, that ∫ d da is made equal to [W/m]; None to leave
                 it.
+            t: Time [s].
 
         Returns:
             The exchange.
@@ -117,9 +135,7 @@ class HeatInterface:
         pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
         segments = cut(mesh, x, normals.n, pairs, differentiate=False)
         points = integration_points(mesh, x, normals, segments)
-        h = np.zeros_like(points.weight)
-        if self.law.conductance is not None and self.conducts:
-            h = self.law.conductance(points.values(pressure), points.gap).h
+        h = self._conductance(points, pressure, t)
         d = points.values(dissipation)
         raw = float(self._sum(np.array([np.sum(points.weight * d)]))[0])
         if power is not None and power > 0.0 and raw <= 0.0:  # where nothing is opposite
@@ -132,6 +148,20 @@ class HeatInterface:
         conduction = self._matrix(nodes, nodes, jump, jump, points.weight * h)
         means = self._means(points, h, scale * d)
         return HeatExchange(conduction, self._sum(friction), defect, means)
+
+    def _conductance(self, points: IntegrationPoints, pressure: Floats | None, t: float) -> Floats:
+        """Conductance per nonmortar area at the points [W/m²/K], (s, q)."""
+        if self.law.conductance is None or not self.conducts:
+            return np.zeros_like(points.weight)
+        p = points.touching.astype(np.float64) if pressure is None else points.values(pressure)
+        h = self.law.conductance(p, points.gap).h
+        if isinstance(self.law.coefficient, Varying):
+            X = points.vectors(self.nodes.mesh.X)
+            at = X.reshape(-1, X.shape[2]).T
+            h = h * np.reshape(self.law.coefficient(at, t), h.shape)
+        elif self.law.coefficient is not None:
+            h = h * self.law.coefficient(t)
+        return np.asarray(h * np.where(points.gap > 0.0, logarithmic_mean(points.ratio), 1.0))
 
     def _scale(self, load: Floats, raw: float, power: float | None) -> tuple[float, float]:
         """Factor that makes the frictional heat that of mechanics, and the defect before."""

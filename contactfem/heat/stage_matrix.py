@@ -15,6 +15,7 @@ from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.heat.time_schemes import TimeScheme
 
+Share = tuple[Floats, Sequence[HeatExchange]]  # at the points of the scheme, and of what
 SOLVER = {
     "ksp_type": "preonly",
     "pc_factor_mat_solver_type": "mumps",
@@ -59,19 +60,19 @@ class StageMatrix:
         self.size = 0.0
 
     def update(
-        self, dt: float, interfaces: Sequence[HeatInterface], exchanges: Sequence[HeatExchange]
+        self, dt: float, interfaces: Sequence[HeatInterface], shares: Sequence[Share]
     ) -> None:
         """Make it the matrix of a step at the bodies' present displacement; collective.
 
         Args:
             dt: Length of the step [s].
             interfaces: The interfaces.
-            exchanges: What they add.
+            shares: What they add, each with its share at the points of the scheme, (q,).
         """
-        if self._stands(dt, exchanges):
+        if self._stands(dt, shares):
             return
-        coupling = self._coupling(interfaces, exchanges)
-        self._make_room(coupling)
+        coupling = [(share, self._coupling(interfaces, e)) for share, e in shares]
+        self._make_room([part for _, part in coupling])
         assert self._A is not None
         self._A.setValuesCSR(*self._rows, self._blocks(dt, coupling))
         self._A.assemble()
@@ -108,8 +109,9 @@ class StageMatrix:
         stages = len(self._scheme.nodes)
         return list(self._x.array_r.reshape(-1, stages).T.copy())
 
-    def _stands(self, dt: float, exchanges: Sequence[HeatExchange]) -> bool:
+    def _stands(self, dt: float, shares: Sequence[Share]) -> bool:
         """Whether nothing that it is made of has changed; collective."""
+        exchanges = [e for _, part in shares for e in part]
         u = [body.u.x.array.copy() for body in self._bodies if body.deforms]
         coupling = [e.conduction.data for e in exchanges] + [
             e.conduction.indices.astype(np.float64) for e in exchanges
@@ -140,17 +142,21 @@ class StageMatrix:
         total.sort_indices()
         return total
 
-    def _make_room(self, coupling: sp.csr_matrix) -> None:
-        """New matrices where the coupling leaves the present pattern; collective."""
-        missing = np.setdiff1d(_keys(coupling), self._keys, assume_unique=True)
+    def _make_room(self, couplings: Sequence[sp.csr_matrix]) -> None:
+        """New matrices where the couplings leave the present pattern; collective."""
+        ones = sp.csr_matrix(self._pattern.shape)
+        for coupling in couplings:
+            part = coupling.copy()
+            part.data[:] = 1.0
+            ones = ones + part
+        ones.sort_indices()
+        missing = np.setdiff1d(_keys(ones), self._keys, assume_unique=True)
         grown = self._A is None or len(missing) > 0
         if not self._unknowns.comm.allreduce(grown, MPI.LOR):
             return
         for old in (self._A, self._bulk):
             if old is not None:
                 old.destroy()
-        ones = coupling.copy()
-        ones.data[:] = 1.0
         pattern = (self._unknowns.pattern + self._pattern + ones).tocsr()
         pattern.sort_indices()
         self._pattern, self._keys = pattern, _keys(pattern)
@@ -166,14 +172,17 @@ class StageMatrix:
         if s == 1:
             self._A.setOption(PETSc.Mat.Option.SPD, True)
 
-    def _blocks(self, dt: float, coupling: sp.csr_matrix) -> Floats:
+    def _blocks(self, dt: float, couplings: Sequence[tuple[Floats, sp.csr_matrix]]) -> Floats:
         """Values of all stages' rows of this rank."""
         scheme = self._scheme
         by_stage = dt * (scheme.test @ scheme.trial)
         conduction = self._assembled([body.add_conduction for body in self._bodies])
-        at = np.searchsorted(self._keys, _keys(coupling))
-        conduction[at] += coupling.data
         values = conduction[self._entry] * by_stage.ravel()[self._place]
+        for share, coupling in couplings:
+            weights = dt * ((scheme.test * share) @ scheme.trial)
+            crossing = np.zeros_like(conduction)
+            crossing[np.searchsorted(self._keys, _keys(coupling))] = coupling.data
+            values += crossing[self._entry] * weights.ravel()[self._place]
         if not scheme.steady:
             if self._storage is None:
                 self._storage = self._assembled([body.add_storage for body in self._bodies])

@@ -8,11 +8,12 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from contactfem.common.place_time import PlaceTime
 from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import Unknowns
-from contactfem.heat.body import HeatBody, PlaceTime
+from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.heat.stage_matrix import StageMatrix
 from contactfem.heat.time_schemes import TimeScheme
@@ -42,6 +43,8 @@ class HeatStepInput:
         theta: Temperatures at its start, flat local arrays of the bodies [K].
         u: Displacements at its start, likewise [m].
         exchanges: Of the interfaces, at its end.
+        before: Those at its start, from which conduction goes linearly to that at the end; empty
+            to take that of the end all along.
     """
 
     t: float
@@ -49,6 +52,13 @@ class HeatStepInput:
     theta: Sequence[Floats]
     u: Sequence[Floats]
     exchanges: Sequence[HeatExchange]
+    before: Sequence[HeatExchange] = ()
+
+    def shares(self, points: Floats) -> list[tuple[Floats, Sequence[HeatExchange]]]:
+        """Exchanges, and their share in conduction at points of the step in (0, 1]."""
+        if not self.before:
+            return [(np.ones_like(points), self.exchanges)]
+        return [(1.0 - points, self.before), (points, self.exchanges)]
 
 
 @dataclass(frozen=True)
@@ -62,6 +72,7 @@ class HeatBalance:
         friction: Frictional heat that entered the bodies.
         obstacles: What came in from obstacles by conduction.
         strained: What straining brought.
+        moved: What moved inside: ∫ ρ₀ c |Δϑ| dV, and what crossed interfaces either way.
     """
 
     stored: float
@@ -70,6 +81,7 @@ class HeatBalance:
     friction: float
     obstacles: float
     strained: float
+    moved: float
 
     @property
     def defect(self) -> float:
@@ -144,6 +156,10 @@ class HeatSystem(Unknowns):
         for body, dofs, value in self._held:
             arrays[body][dofs] = value(t)
 
+    def prescribed(self, t: float) -> list[Floats | float]:
+        """Prescribed temperatures of a time on this rank, per condition [K]."""
+        return [value(t) for _, dofs, value in self._held if len(dofs)]
+
     def solve(self, step: HeatStepInput) -> HeatSolution:
         """Temperatures at the end of a step, with the bodies' present displacement; collective.
 
@@ -182,7 +198,7 @@ class HeatSystem(Unknowns):
             PETSc.Error: The linear solver failed.
         """
         with self.timers.book("heat.assembly"):
-            self._matrix.update(step.dt, self.interfaces, step.exchanges)
+            self._matrix.update(step.dt, self.interfaces, step.shares(self.scheme.points))
         largest = self._largest(step.theta, stages)
         first, k = 0.0, 0
         while True:
@@ -265,13 +281,33 @@ class HeatSystem(Unknowns):
             if not scheme.steady:
                 for part, body, g in zip(parts, self.bodies, growth, strict=True):
                     part += body.stored(g)
-            obstacle = step.t + scheme.points * step.dt, scheme.test[k]
-            for interface, exchange in zip(self.interfaces, step.exchanges, strict=True):
-                if interface.conducts:
-                    mean_theta = interface.nodes.gather(mean, interface.obstacle_mean(*obstacle))
-                    power = step.dt * (exchange.conduction @ mean_theta)
-                    interface.nodes.scatter(power, parts)
+            for interface, power in self._crossing(step, stages, scheme.test[k]):
+                interface.nodes.scatter(power, parts)
             result.append(parts)
+        return result
+
+    def _crossing(
+        self, step: HeatStepInput, stages: Sequence[Sequence[Floats]], test: Floats
+    ) -> list[tuple[HeatInterface, Floats]]:
+        """Heat that leaves the nodes of each interface that conducts, weighted [J/m]; collective.
+
+        Conductance is linear over the step, so that the coupled scheme is of second order.
+        """
+        scheme, times = self.scheme, step.t + self.scheme.points * step.dt
+        shares = [(test * share, exchanges) for share, exchanges in step.shares(scheme.points)]
+        means = [
+            _combined(w @ scheme.trial, float(w @ scheme.trial_start), stages, step.theta)
+            for w, _ in shares
+        ]
+        result: list[tuple[HeatInterface, Floats]] = []
+        for k, interface in enumerate(self.interfaces):
+            if not interface.conducts:
+                continue
+            power: Floats = np.zeros(len(interface.nodes.mesh.X))
+            for (w, exchanges), mean in zip(shares, means, strict=True):
+                theta = interface.nodes.gather(mean, interface.obstacle_mean(times, w))
+                power += step.dt * (exchanges[k].conduction @ theta)
+            result.append((interface, power))
         return result
 
     def _balance(
@@ -286,11 +322,12 @@ class HeatSystem(Unknowns):
         scheme = self.scheme
         weights = scheme.test[-1]
         mean = _combined(weights @ scheme.trial, weights @ scheme.trial_start, stages, step.theta)
-        times = step.t + scheme.points * step.dt
-        stored = strained = loads = 0.0
+        stored = strained = loads = inside = crossed = 0.0
         for b, body in enumerate(self.bodies):
             if not scheme.steady:
-                stored += float(body.stored(end[b] - step.theta[b]).sum())
+                change = end[b] - step.theta[b]
+                stored += float(body.stored(change).sum())
+                inside += float(body.stored(np.abs(change)).sum())
             cooled = step.dt * float(body.cooled(step.theta[b], step.u[b], step.dt).sum())
             strained -= cooled
             loads += float(given[-1][b].sum()) + cooled
@@ -299,21 +336,23 @@ class HeatSystem(Unknowns):
         for interface, exchange in zip(self.interfaces, step.exchanges, strict=True):
             own = interface.nodes.is_of_body
             friction += step.dt * float(exchange.friction[own].sum())
-            if interface.conducts and interface.nodes.is_rigid:
-                theta = interface.nodes.gather(mean, interface.obstacle_mean(times, weights))
-                obstacles -= step.dt * float((exchange.conduction @ theta)[own].sum())
+        for interface, power in self._crossing(step, stages, weights):
+            own = interface.nodes.is_of_body
+            crossed += float(np.abs(power[: interface.nodes.mesh.n_nonmortar]).sum())
+            obstacles -= float(power[own].sum()) if interface.nodes.is_rigid else 0.0
         held = [
             float(residual[body][dofs].sum())
             for (body, _, _), dofs in zip(self._held, self._counted, strict=True)
         ]
-        sums = self.comm.allreduce(np.array((stored, strained, loads, *held)))
+        sums = self.comm.allreduce(np.array((stored, strained, loads, inside, *held)))
         return HeatBalance(
             stored=float(sums[0]),
-            held=tuple(float(v) for v in sums[3:]),
+            held=tuple(float(v) for v in sums[4:]),
             loads=float(sums[2]) - friction,
             friction=friction,
             obstacles=obstacles,
             strained=float(sums[1]),
+            moved=float(sums[3]) + crossed,
         )
 
 

@@ -6,7 +6,9 @@ from pathlib import Path
 import cffi
 
 HERE = Path("contactfem/kernels")  # relative to the project's root, as setuptools demands
-SOURCES = ("search", "segments", "mortar", "sparse")
+SOURCES = (
+    "search", "segments", "mortar", "polygon_search", "polygon", "polygon_rows", "sparse",
+)  # fmt: skip
 SANITIZE = ["-fsanitize=address,undefined", "-fno-sanitize-recover=undefined", "-g"]
 
 

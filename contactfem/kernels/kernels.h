@@ -58,6 +58,43 @@ int64_t cf_entry_rows(const int64_t *nonmortar, const int64_t *mortar, const int
                       const double *by_integrals, const double *by_masses, double *values,
                       int32_t *columns);
 
+/* Facets in space are quadruples of node numbers, counter-clockwise seen from outside; a triangle
+ * has its last node twice. x[3*i] to x[3*i+2] is the position of node i.
+ *
+ * Candidate pairs: facets that face each other and whose boxes, the nonmortar one swollen by radius,
+ * meet. Otherwise as cf_pairs. */
+int64_t cf_polygon_pairs(const double *x, int64_t n_nonmortar, const int64_t *nonmortar,
+                         int64_t n_mortar, const int64_t *mortar, double radius, int64_t capacity,
+                         int64_t *pairs);
+
+/* What the facets of pairs share, seen along the normals of the nonmortar triangles (a quadrilateral
+ * is four, see polygon.hpp). Pairs stand ordered by nonmortar facet, and all candidates of a facet
+ * among them: where several mortar triangles cover one place, the nearest counts.
+ * integrals[26*s + i], over this common part, with N the functions of each facet's nodes:
+ *   i < 10: int N_j N_k of nonmortar nodes j <= k, rows of the upper triangle one after the other
+ *   10 + 4*j + l: int N_j N_l of nonmortar node j and mortar node l
+ * Bit 4*i + j of met[s]: whether triangles i and j of the facets share something. Returns how many
+ * pairs do. */
+int64_t cf_polygons(const double *x, const int64_t *nonmortar, const int64_t *mortar,
+                    int64_t n_pairs, const int64_t *pairs, double *integrals, int32_t *met);
+
+/* Derivatives by positions at fixed multipliers, as rows of a sparse matrix with three columns per
+ * node, facet by facet. Rows of the same number add up:
+ *   j: D_jj                                    of nonmortar node j < n_nonmortar
+ *   n_nonmortar + 3*j + c: sum_l M_jl (x_l - x_j)
+ *   4*n_nonmortar + 3*l + c: sum_j M_jl lambda_j  of node l
+ * Segments are pairs with what cf_polygons gave for them, ordered by nonmortar facet. Each facet has
+ * a basis Phi = A N, A = diag(d) inverse with inverse = ((1 - delta) m + delta diag(d))^-1; or, if
+ * standard is not 0, A = 1, and M also holds D_jj delta_jk - m_jk of nonmortar nodes. row_of holds
+ * the number of each row; a facet with a nodes and b different mortar nodes has 4 a + 3 b rows, with
+ * standard 3 a more, and at most 3 (a + b) entries in each. Returns the count of rows. */
+int64_t cf_polygon_rows(const double *x, int64_t n_nonmortar, const int64_t *nonmortar,
+                        const int64_t *mortar, int32_t standard, int64_t n_segments,
+                        const int64_t *pairs, const int32_t *met, const double *integrals,
+                        const double *multiplier, const double *A, const double *inverse,
+                        const double *delta, int64_t *row_of, int32_t *starts, int32_t *columns,
+                        double *values);
+
 /* Triplets (row, column, value) ordered by rows: those of row i stand from starts[i] to starts[i+1],
  * in the order they come in. Returns their count. */
 int64_t cf_by_rows(int64_t n_rows, int64_t count, const int64_t *rows, const int64_t *columns,

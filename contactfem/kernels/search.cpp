@@ -1,111 +1,25 @@
 // Candidate facet pairs of two surfaces, with a bounding-volume tree over the mortar facets.
 #include "kernels.h"
-#include <algorithm>
-#include <cstddef>
-#include <limits>
-#include <numeric>
-#include <vector>
+#include "tree.hpp"
 
 namespace {
 
-struct Box {
-  double lo[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  double hi[2] = {-std::numeric_limits<double>::infinity(),
-                  -std::numeric_limits<double>::infinity()};
-
-  void include(double px, double py) {
-    lo[0] = std::min(lo[0], px);
-    lo[1] = std::min(lo[1], py);
-    hi[0] = std::max(hi[0], px);
-    hi[1] = std::max(hi[1], py);
-  }
-  void include(const Box &b) {
-    include(b.lo[0], b.lo[1]);
-    include(b.hi[0], b.hi[1]);
-  }
-  bool meets(const Box &b) const {
-    return lo[0] <= b.hi[0] && b.lo[0] <= hi[0] && lo[1] <= b.hi[1] && b.lo[1] <= hi[1];
-  }
-};
-
-// A complete binary tree by median splits: node k covers order[first, last), its children 2k+1, 2k+2.
-class Tree {
-public:
-  explicit Tree(std::vector<Box> facets) : facets_(std::move(facets)), order_(facets_.size()) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::size_t leaves = 1;
-    while (leaves * leaf_size < facets_.size())
-      leaves *= 2;
-    nodes_.resize(2 * leaves - 1);
-    if (!facets_.empty())
-      build(0, 0, facets_.size());
-  }
-
-  template <typename Visit> void visit(const Box &box, const Visit &visit_facet) const {
-    if (!facets_.empty())
-      descend(0, 0, facets_.size(), box, visit_facet);
-  }
-
-private:
-  static constexpr std::size_t leaf_size = 4;
-
-  bool is_leaf(std::size_t node) const { return 2 * node + 2 >= nodes_.size(); }
-
-  void build(std::size_t node, std::size_t first, std::size_t last) {
-    Box box;
-    for (std::size_t i = first; i < last; ++i)
-      box.include(facets_[order_[i]]);
-    nodes_[node] = box;
-    if (is_leaf(node))
-      return;
-    const int axis = box.hi[1] - box.lo[1] > box.hi[0] - box.lo[0];
-    const std::size_t middle = first + (last - first) / 2;
-    const auto centre = [&](std::size_t f) { return facets_[f].lo[axis] + facets_[f].hi[axis]; };
-    std::nth_element(order_.begin() + static_cast<std::ptrdiff_t>(first),
-                     order_.begin() + static_cast<std::ptrdiff_t>(middle),
-                     order_.begin() + static_cast<std::ptrdiff_t>(last),
-                     [&](std::size_t f, std::size_t g) {
-                       return centre(f) < centre(g) || (centre(f) == centre(g) && f < g);
-                     });
-    build(2 * node + 1, first, middle);
-    build(2 * node + 2, middle, last);
-  }
-
-  template <typename Visit>
-  void descend(std::size_t node, std::size_t first, std::size_t last, const Box &box,
-               const Visit &visit_facet) const {
-    if (first == last || !nodes_[node].meets(box))
-      return;
-    if (is_leaf(node)) {
-      for (std::size_t i = first; i < last; ++i)
-        if (facets_[order_[i]].meets(box))
-          visit_facet(order_[i]);
-      return;
-    }
-    const std::size_t middle = first + (last - first) / 2;
-    descend(2 * node + 1, first, middle, box, visit_facet);
-    descend(2 * node + 2, middle, last, box, visit_facet);
-  }
-
-  std::vector<Box> facets_;
-  std::vector<std::size_t> order_;
-  std::vector<Box> nodes_;
-};
-
-Box box_of(const double *x, const int64_t *facet) {
-  Box box;
+Box<2> box_of(const double *x, const int64_t *facet) {
+  Box<2> box;
   for (int k = 0; k < 2; ++k)
-    box.include(x[2 * facet[k]], x[2 * facet[k] + 1]);
+    box.include(x + 2 * facet[k]);
   return box;
 }
 
 // The quadrilateral that the facet sweeps when it moves by +-radius along its nodal normals.
-Box swept(const double *x, const double *normals, const int64_t *facet, double radius) {
-  Box box;
+Box<2> swept(const double *x, const double *normals, const int64_t *facet, double radius) {
+  Box<2> box;
   for (int k = 0; k < 2; ++k) {
     const int64_t i = facet[k];
-    for (const double r : {-radius, radius})
-      box.include(x[2 * i] + r * normals[2 * i], x[2 * i + 1] + r * normals[2 * i + 1]);
+    for (const double r : {-radius, radius}) {
+      const double end[2] = {x[2 * i] + r * normals[2 * i], x[2 * i + 1] + r * normals[2 * i + 1]};
+      box.include(end);
+    }
   }
   return box;
 }
@@ -123,10 +37,10 @@ extern "C" int64_t cf_pairs(const double *x, const double *normals, int64_t n_no
                             double radius, int64_t capacity, int64_t *pairs) {
   if (n_nonmortar < 0 || n_mortar < 0 || !(radius > 0.0))
     return -1;
-  std::vector<Box> boxes(static_cast<std::size_t>(n_mortar));
+  std::vector<Box<2>> boxes(static_cast<std::size_t>(n_mortar));
   for (int64_t f = 0; f < n_mortar; ++f)
     boxes[static_cast<std::size_t>(f)] = box_of(x, mortar + 2 * f);
-  const Tree tree(std::move(boxes));
+  const Tree<2> tree(std::move(boxes));
 
   int64_t count = 0;
   std::vector<int64_t> hits;

@@ -132,7 +132,7 @@ def slip_condition(t: Floats, direction: Floats, bound: Floats) -> Floats:
 
 def lengths(vectors: Floats) -> Floats:
     """Length of every vector, (n, dim) to (n,)."""
-    return np.sqrt(np.einsum("ji,ji->j", vectors, vectors))
+    return np.asarray(np.sqrt(np.einsum("ji,ji->j", vectors, vectors)), np.float64)
 
 
 def unit(vectors: Floats) -> Floats:

@@ -11,6 +11,7 @@ from dolfinx import fem
 
 from petsc4py import PETSc
 
+from contactfem.common.place_time import Varying
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.body_mesh import BodyMesh, dofs_at_vertices
@@ -40,6 +41,7 @@ class Law:
         linear: Whether stress is linear in the displacement, so that one tangent serves for ever.
         mixed: The energy with the mean stress as a field: the body gets MINI elements; None for
             linear displacements alone.
+        reference: Temperature of the stress-free state, that expansion counts from [K].
     """
 
     energy: Energy
@@ -48,6 +50,7 @@ class Law:
     small_strain: bool
     linear: bool
     mixed: MixedEnergy | None = None
+    reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,11 +59,12 @@ class Load:
 
     Attributes:
         group: Name of the surface; None for a body force.
-        components: One table per component [N/m² or N/m³]; a single one is a pressure [Pa].
+        components: One value per component [N/m² or N/m³], over time or over place and time; a
+            single one is a pressure [Pa].
     """
 
     group: str | None
-    components: tuple[Table, ...]
+    components: tuple[Table | Varying, ...]
 
     @property
     def is_pressure(self) -> bool:
@@ -75,13 +79,13 @@ class BodyProblem:
         name: Name of the body.
         mesh: Its mesh.
         law: Its law.
-        theta: Relative temperature over time [K]; None where heat is solved for.
+        theta: Temperature over time [K]; None where heat is solved for.
         loads: Loads on it.
         axisymmetric: Whether the mesh is a section through a body around the axis x = 0, whose
             forces are those of the whole circumference; else it is one metre deep.
 
     Attributes:
-        temperature: Relative temperature [K] where heat is solved for, linear on this mesh.
+        temperature: Temperature [K] where heat is solved for, linear on this mesh.
         u: All unknowns: displacements, and what the element adds to them [m].
         vertex_space: Space of the displacements, or the subspace of `u` that they are.
         vertex_dofs: Local scalar dofs of the displacement at the vertices, (vertices, dim).
@@ -100,14 +104,18 @@ class BodyProblem:
     ) -> None:
         self.name, self.mesh, self.law, self.axisymmetric = name, mesh, law, axisymmetric
         self._tables: list[tuple[fem.Constant, tuple[Table, ...], bool]] = []
+        self._fields: list[tuple[fem.Function, Ints, Floats, Table | Varying]] = []
         self.temperature: fem.Function | None = None
-        self._theta: ufl.core.expr.Expr
         if theta is None:
             P1 = fem.functionspace(mesh.mesh, ("Lagrange", 1))
-            self._theta = self.temperature = fem.Function(P1)
+            self.temperature = fem.Function(P1)
+            self._theta: ufl.core.expr.Expr = self.temperature
         else:
-            self._theta = fem.Constant(mesh.mesh, 0.0)
-            self._tables.append((self._theta, (theta,), False))
+            uniform = fem.Constant(mesh.mesh, 0.0)
+            self._tables.append((uniform, (theta,), False))
+            self._theta = uniform
+        if law.reference:  # the energy takes the rise above the stress-free state
+            self._theta = self._theta - fem.Constant(mesh.mesh, law.reference)
         self._parameters = {k: fem.Constant(mesh.mesh, v) for k, v in law.parameters.items()}
         self._element = (
             linear(mesh, law.energy)
@@ -155,8 +163,7 @@ class BodyProblem:
         density = self._element.energy(self._F(), self._theta, self._parameters)
         form = internal_work(density, depth, self.u, dx)
         for load in loads:
-            value = fem.Constant(self.mesh.mesh, np.zeros(len(load.components)))
-            self._tables.append((value, load.components, True))
+            value = self._load_value(load)
             if load.group is None:
                 form -= dead_load(depth * value, v, ufl.Measure("dx", self.mesh.mesh))
                 continue
@@ -169,6 +176,34 @@ class BodyProblem:
             else:
                 form -= follower_pressure(value[0], u, v, ds, current_depth)
         return form
+
+    def _load_value(self, load: Load) -> ufl.core.expr.Expr:
+        """Components of a load: a constant, or functions where one varies over place."""
+        tables = tuple(c for c in load.components if isinstance(c, Table))
+        if len(tables) == len(load.components):
+            value = fem.Constant(self.mesh.mesh, np.zeros(len(tables)))
+            self._tables.append((value, tables, True))
+            return value
+        V = fem.functionspace(self.mesh.mesh, ("Lagrange", 1))
+        dofs, vertices = dofs_at_vertices(self.mesh.mesh, V)
+        if load.group is not None:  # elsewhere a user's function may not even be defined
+            dofs = dofs[np.isin(vertices, self.mesh.surface(load.group).vertices)]
+        functions = [fem.Function(V) for _ in load.components]
+        places = V.tabulate_dof_coordinates()[dofs[:, 0], : self.mesh.mesh.geometry.dim]
+        for function, component in zip(functions, load.components, strict=True):
+            self._fields.append((function, dofs[:, 0], places, component))
+        return ufl.as_vector(functions)
+
+    def places(self, vertices: Ints) -> Floats:
+        """Reference places of the dofs of one component at some input vertices [m], (m, dim)."""
+        return self._places[np.isin(self.vertices, vertices)]
+
+    @cached_property
+    def _places(self) -> Floats:
+        """Reference places of this rank's vertices [m], (vertices, dim)."""
+        V = fem.functionspace(self.mesh.mesh, ("Lagrange", 1))
+        dofs = dofs_at_vertices(self.mesh.mesh, V)[0][:, 0]
+        return np.asarray(V.tabulate_dof_coordinates()[dofs, : self.mesh.mesh.geometry.dim])
 
     @property
     def n_dofs(self) -> int:
@@ -195,6 +230,11 @@ class BodyProblem:
         for constant, tables, ramped in self._tables:
             values = [table.at(t, ramp_end) if ramped else table(t) for table in tables]
             constant.value[...] = np.reshape(values, constant.value.shape)
+        for function, dofs, places, value in self._fields:
+            if isinstance(value, Varying):
+                function.x.array[dofs] = value.at(places, t, ramp_end)
+            else:
+                function.x.array[dofs] = value.at(t, ramp_end)
 
     def residual(self) -> Floats:
         """Internal minus external forces of this rank's cells [N/m], flat over local dofs."""

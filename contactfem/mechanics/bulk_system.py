@@ -7,6 +7,7 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from contactfem.common.place_time import Varying
 from contactfem.common.typing import Floats, Ints
 from contactfem.fem.dof_numbering import Prescribed, TiedDofs, Unknowns
 from contactfem.mechanics.body import BodyProblem
@@ -87,7 +88,11 @@ class System(Unknowns):
             body.set_time(t, ramp_end)
             jumps.append(np.zeros_like(body.u.x.array))
         for p, (body, dofs, value) in zip(self.prescribed, self._held, strict=True):
-            jumps[p.body][dofs] = value.at(t, ramp_end) - body.u.x.array[dofs]
+            if isinstance(value, Varying):
+                moved: Floats | float = value.at(body.places(p.vertices), t, ramp_end)
+            else:
+                moved = value.at(t, ramp_end)
+            jumps[p.body][dofs] = moved - body.u.x.array[dofs]
         self.grip_loads[:] = [grip.force.at(t, ramp_end) for grip in self.tied]
         for body, jump in zip(self.bodies, jumps, strict=True):
             body.u.x.array[:] += jump
@@ -169,4 +174,4 @@ class System(Unknowns):
 
 def _distinct(parts: Iterable[Ints]) -> Ints:
     """Numbers that are in any of some arrays, each once."""
-    return np.unique(np.concatenate(list(parts)))
+    return np.asarray(np.unique(np.concatenate(list(parts))), np.int64)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from contactfem.common.typing import Bools, Floats
+from contactfem.geometry.facets import around
 from contactfem.mechanics.bulk_system import System
 from contactfem.mortar.interface_mesh import Basis, InterfaceMesh
 from contactfem.mortar.sides import BodySide, RigidSide
@@ -57,10 +58,13 @@ class InterfaceNodes:
         tied = (self.unknown >= 0) & (self.unknown < len(system.tied))
         free = (self.unknown >= 0) & ~tied
         directions = None if self._rigid is None else self._rigid.directions
+        own, other = (
+            around(facets) if self.X.shape[1] == 3 else facets
+            for facets in (first.facets, second.facets + n)
+        )
         self.mesh = InterfaceMesh(
-            n, first.facets, second.facets + n, self.X, free, basis, system.axisymmetric,
-            directions, shared,
-        )  # fmt: skip
+            n, own, other, self.X, free, basis, system.axisymmetric, directions, shared
+        )
         self._system = system
 
     @property

@@ -9,8 +9,10 @@ from contactfem.common.typing import Bools, Ints
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
 
-AHEAD_NONMORTAR = 4  # nodes along the nonmortar side that may come into contact in the same pattern
-AHEAD_MORTAR = 8  # nodes along the mortar side that a node may slide over in the same pattern
+# By dimension: how many nodes along the nonmortar side may come into contact, and along the mortar
+# side a node may slide over, in the same pattern
+AHEAD_NONMORTAR = {2: 4, 3: 1}
+AHEAD_MORTAR = {2: 8, 3: 2}
 NORMAL_REACH = 3  # nodes along the nonmortar side that a condition's normals depend on
 
 
@@ -48,9 +50,9 @@ class Coupling:
         ones = np.ones(len(keys), np.int32)
         needed = sp.coo_matrix((ones, (place.row[at], place.col[at])), touched.shape).tocsr()
         mortar, nonmortar = self._mortar, self._nonmortar
-        for _ in range(AHEAD_MORTAR):
+        for _ in range(AHEAD_MORTAR[self._nodes.mesh.dim]):
             needed = _pattern(needed @ mortar)
-        for _ in range(AHEAD_NONMORTAR):
+        for _ in range(AHEAD_NONMORTAR[self._nodes.mesh.dim]):
             needed = _pattern(nonmortar @ needed)
         self.wide = _pattern(self.wide + needed)
         wide = self.wide.tocoo()
@@ -116,10 +118,11 @@ def block_pattern(system: System, rows: sp.csr_matrix, columns: sp.csr_matrix) -
 
 
 def _adjacency(facets: Ints, n: int) -> sp.csr_matrix:
-    a, b = facets.T
-    ones = np.ones(len(a), np.int32)
-    half = sp.coo_matrix((ones, (a, b)), (n, n)).tocsr()
-    return _pattern(half + half.T + sp.eye(n, dtype=np.int32, format="csr"))
+    """Nodes that share a facet, and each itself."""
+    facet = np.repeat(np.arange(len(facets)), facets.shape[1])
+    ones = np.ones(facets.size, np.int32)
+    corners = sp.coo_matrix((ones, (facets.ravel(), facet)), (n, len(facets))).tocsr()
+    return _pattern(corners @ corners.T + sp.eye(n, dtype=np.int32, format="csr"))
 
 
 def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:

@@ -51,12 +51,14 @@ def check_shared(meshes: Mapping[str, InterfaceMesh]) -> None:
     for name, mesh in meshes.items():
         if mesh.shared is None:
             continue
-        ends = mesh.nonmortar
-        lost = mesh.shared[ends].any(1) & ~mesh.has_multiplier[ends].any(1)
+        ends, served = mesh.nonmortar, mesh.has_multiplier
+        if mesh.dim == 3:  # multipliers reach further than one facet there
+            served = np.asarray(mesh.extension.sum(axis=1)).ravel() > 0.0
+        lost = mesh.shared[ends].any(1) & ~served[ends].any(1)
         if lost.any():
-            x, y = mesh.X[ends[np.argmax(lost)]].mean(0)
+            place = ", ".join(f"{c:g}" for c in mesh.X[ends[np.argmax(lost)]].mean(0))
             raise CaseError(
-                f"interface {name}: nodes of the nonmortar facet at ({x:g}, {y:g}) m are on "
+                f"interface {name}: nodes of the nonmortar facet at ({place}) m are on "
                 "surfaces of other interfaces as well, and none carries a multiplier; refine the "
                 "surface, split it, or make it the mortar side"
             )

@@ -6,9 +6,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
 
 from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.mortar.multiplier_extension import extension
 from contactfem.mortar.sparse import Sparse, joined
+from contactfem.mortar.spatial_normals import averaged_normals as spatial_normals
 
 Basis = Literal["dual", "standard"]
 
@@ -17,14 +20,16 @@ Basis = Literal["dual", "standard"]
 class InterfaceMesh:
     """Both surfaces numbered together, nonmortar nodes first; the same on all ranks.
 
-    A facet (a, b) has its body on the left, so its outward normal is (dy, -dx) of b - a.
+    In the plane a facet (a, b) has its body on the left, so its outward normal is (dy, -dx) of
+    b - a. In space facets are quadruples of nodes, counter-clockwise seen from outside, and a
+    triangle (a, b, c, c) has its last node twice.
 
     Attributes:
         n_nonmortar: Number of nonmortar nodes; they are nodes 0 .. n_nonmortar - 1.
-        nonmortar: Nonmortar facets, shape (k, 2).
-        mortar: Mortar facets, shape (m, 2).
-        X: Reference coordinates of all nodes [m], shape (n, 2).
-        free: Components of each node that contact may move, shape (n, 2).
+        nonmortar: Nonmortar facets, shape (k, 2) or (k, 4).
+        mortar: Mortar facets, likewise.
+        X: Reference coordinates of all nodes [m], shape (n, dim).
+        free: Components of each node that contact may move, shape (n, dim).
         basis: Functions that the multiplier is made of: dual ones (9), or the shape functions (7).
         axisymmetric: Whether integrals over the interface run around the axis x = 0, with the
             weight 2πx [m]: its forces are then those of the whole circumference, and integrals are
@@ -58,8 +63,11 @@ class InterfaceMesh:
     @cached_property
     def has_multiplier(self) -> Bools:
         """Nonmortar nodes with a multiplier: those that can move along their normal, (n,)."""
-        n = averaged_normals(self, self.X)[0]
         free = self.free[: self.n_nonmortar]
+        if self.dim == 3:
+            n = spatial_normals(self.nonmortar, self.X, np.ones_like(free), self.neighbours)[0]
+        else:
+            n = averaged_normals(self, self.X)[0]
         moves = free.all(1) | (free & (np.abs(n) > 0.5)).any(1)
         return np.asarray(moves if self.shared is None else moves & ~self.shared)
 
@@ -80,6 +88,11 @@ class InterfaceMesh:
         result = np.full((self.n_nonmortar, int(count.max(initial=1))), -1, np.int64)
         result[own, place] = other
         return result
+
+    @cached_property
+    def extension(self) -> sp.csr_matrix:
+        """Multipliers of all nonmortar nodes from those that there are, see `extension`, (n, n)."""
+        return extension(self.neighbours, self.has_multiplier)
 
 
 def half_lengths(mesh: InterfaceMesh, x: Floats) -> Floats:

@@ -197,7 +197,8 @@ class LineOperators(MortarOperators):
         e_D, e_gap, e_M = (
             np.flatnonzero(active & kind) for kind in (col == D_ENTRY, col == GAP_ENTRY, col >= 0)
         )
-        e_jump = e_M[weights.jump.any(axis=(1, 2))[j[e_M]]]
+        turned: Bools = np.asarray(weights.jump.any(axis=(1, 2)))
+        e_jump = e_M[turned[j[e_M]]]
         reach = self.x[col[e_jump]] - self.x[j[e_jump]]
         jump = np.einsum("eki,ei->ek", weights.jump[j[e_jump]], reach)
         return [
@@ -209,7 +210,8 @@ class LineOperators(MortarOperators):
 
     def _by_reach(self, factors: Floats, entries: Mortar, sums: int) -> list[Triplets]:
         """Σ_l M_jl (dx_l - dx_j) at fixed M, times factors, in the rows of the sums."""
-        at = np.flatnonzero((entries.col >= 0) & factors.any(axis=(1, 2))[entries.row])
+        used: Bools = np.asarray(factors.any(axis=(1, 2)))
+        at = np.flatnonzero((entries.col >= 0) & used[entries.row])
         j, node = entries.row[at], entries.col[at]
         blocks = entries.value[at, None, None] * factors[j]
         dim = self.mesh.dim

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from contactfem.common.block_csr import block_rows
 from contactfem.common.typing import Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh, averaged_normals
+from contactfem.mortar.spatial_normals import averaged_normals as spatial_normals
 
 
 @dataclass(frozen=True)
@@ -17,8 +18,9 @@ class NormalField:
 
     Attributes:
         n: Unit normals, outward from nonmortar [-], shape (n_nonmortar, dim).
-        around: Nodes that each depends on, (n_nonmortar, w); in the plane the previous node, the
-            node itself and the next, itself at an end. A node may stand there twice.
+        around: Nodes that each depends on, (n_nonmortar, w): in the plane the previous node, the
+            node itself and the next, itself at an end; in space the node itself and its neighbours.
+            A node may stand there twice.
         blocks: Derivatives with respect to their positions [1/m], (n_nonmortar, dim, w, dim).
         n_nodes: Nodes of both surfaces.
     """
@@ -47,11 +49,13 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
 
     Args:
         mesh: The interface.
-        x: Current positions [m], shape (n_nodes, 2).
+        x: Current positions [m], shape (n_nodes, dim).
 
     Returns:
         The normal field.
     """
+    if mesh.dim == 3:
+        return _spatial_field(mesh, x)
     n, blocks = _averaged_field(mesh, x) if mesh.directions is None else _given_field(mesh, x)
     free = mesh.free[: mesh.n_nonmortar]
     held = mesh.has_multiplier & ~free.all(1)
@@ -60,6 +64,15 @@ def nodal_normals(mesh: InterfaceMesh, x: Floats) -> NormalField:
     around = np.repeat(np.arange(mesh.n_nonmortar)[:, None], 3, axis=1)
     around[mesh.nonmortar[:, 1], 0], around[mesh.nonmortar[:, 0], 2] = mesh.nonmortar.T
     return NormalField(n, around, blocks, mesh.n_nodes)
+
+
+def _spatial_field(mesh: InterfaceMesh, x: Floats) -> NormalField:
+    """As `nodal_normals` of a surface in space."""
+    free, own = mesh.free[: mesh.n_nonmortar], np.arange(mesh.n_nonmortar)
+    free = free | ~mesh.has_multiplier[:, None]
+    n, blocks, _ = spatial_normals(mesh.nonmortar, x, free, mesh.neighbours)
+    sides = np.where(mesh.neighbours < 0, own[:, None], mesh.neighbours)
+    return NormalField(n, np.column_stack((own, sides)), blocks, mesh.n_nodes)
 
 
 def _averaged_field(mesh: InterfaceMesh, x: Floats) -> tuple[Floats, Floats]:

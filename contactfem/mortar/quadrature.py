@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contactfem.common.typing import Floats, Ints
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.normals import NormalField
 from contactfem.mortar.segments import Segments
 
+FLAT = 1e-6  # gap over the length of a facet that is round-off of a mesh
+LARGEST = 10.0  # ratio of areas, beyond which the surfaces hardly face each other
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(3)  # of each segment
 
 
@@ -23,6 +25,10 @@ class IntegrationPoints:
         zeta: Mortar facet coordinate in [0, 1], (s, q).
         gap: g [m], (s, q).
         weight: Of the integration over the current surface [m], (s, q).
+        ratio: Area of the mortar side over that of the nonmortar side, both seen along the normal,
+            positive [-], (s, q).
+        touching: Whether the gap is closed as far as straight facets on curved surfaces tell,
+            (s, q).
     """
 
     nonmortar: Ints
@@ -31,10 +37,16 @@ class IntegrationPoints:
     zeta: Floats
     gap: Floats
     weight: Floats
+    ratio: Floats
+    touching: Bools
 
     def values(self, nodal: Floats) -> Floats:
         """Nonmortar nodal values at the points, (s, q)."""
         return np.asarray(np.einsum("sqi,si->sq", self.N, nodal[self.nonmortar]))
+
+    def vectors(self, nodal: Floats) -> Floats:
+        """Nonmortar nodal vectors (n, dim) at the points, (s, q, dim)."""
+        return np.asarray(np.einsum("sqi,sik->sqk", self.N, nodal[self.nonmortar]))
 
     def jump(self) -> tuple[Ints, Floats]:
         """Nodes (s, 4), and the weights (s, q, 4) that make ϑ_nm - ϑ_m of their temperatures."""
@@ -67,11 +79,36 @@ def integration_points(
     c, edge = x[mortar[:, 0]][:, None], (x[mortar[:, 1]] - x[mortar[:, 0]])[:, None]
     zeta = _cross(at - c, n) / _cross(edge, n)
     gap = np.einsum("sqk,sqk->sq", c + zeta[:, :, None] * edge - at, n) / np.hypot(*n.T).T
-    length = np.hypot(*(x[nonmortar[:, 1]] - x[nonmortar[:, 0]]).T)
+    own = x[nonmortar[:, 1]] - x[nonmortar[:, 0]]
+    turn = normals.n[nonmortar[:, 1]] - normals.n[nonmortar[:, 0]]
+    length = np.hypot(*own.T)
     weight = WEIGHTS * (0.25 * (hi - lo) * length)[:, None]
+    ratio = _area_ratio(n, own[:, None], turn[:, None], gap)
     if mesh.axisymmetric:
         weight = weight * 2.0 * np.pi * at[:, :, 0]
-    return IntegrationPoints(nonmortar, mortar, N, zeta, gap, weight)
+        r = np.maximum(np.stack((at[:, :, 0], (c + zeta[:, :, None] * edge)[:, :, 0])), 0.0)
+        ratio = np.where(r[0] > 0.0, ratio * r[1] / np.where(r[0] > 0.0, r[0], 1.0), 1.0)
+    sagitta = np.hypot(*turn.T) * (length + np.hypot(*edge[:, 0].T) ** 2 / length) / 4.0
+    touching = gap <= (sagitta + FLAT * length)[:, None]
+    return IntegrationPoints(nonmortar, mortar, N, zeta, gap, weight, ratio, touching)
+
+
+def _area_ratio(n: Floats, own: Floats, turn: Floats, gap: Floats) -> Floats:
+    """How much longer than the nonmortar side the mortar side is, both across the normal (s, q).
+
+    Opposite x lies x + g n/|n|, which moves across n by (x' + g n'/|n|) x n along the facet.
+    """
+    size = np.hypot(n[..., 0], n[..., 1])
+    ratio = 1.0 + gap / size * _cross(turn, n) / _cross(own, n)
+    return np.clip(ratio, 1.0 / LARGEST, LARGEST)
+
+
+def logarithmic_mean(ratio: Floats) -> Floats:
+    """Logarithmic mean of 1 and a ratio, (r - 1) / ln r: the mean area between two cylinders."""
+    near = np.abs(ratio - 1.0) < 1e-4
+    other = np.where(near, 2.0, ratio)
+    d = ratio - 1.0
+    return np.where(near, 1.0 + d / 2.0 - d**2 / 12.0, (other - 1.0) / np.log(other))
 
 
 def _cross(a: Floats, b: Floats) -> Floats:

@@ -195,9 +195,9 @@ def surface_block(table: InterfaceTable, heated: bool, taken: set[str]) -> Block
     fields = {
         "displacement": table.x - table.X,
         "pressure": table.pressure,
-        "traction": table.traction,
+        "traction": table.traction if table.traction_vector is None else table.traction_vector,
         "gap": table.gap,
-        "slip": table.slip,
+        "slip": table.slip if table.slip_vector is None else table.slip_vector,
         "status": table.status.astype(np.float64),
         "coverage": table.coverage,
     }

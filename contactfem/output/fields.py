@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,9 +56,22 @@ def check_room(comm: MPI.Comm, directory: Path, size: int) -> None:
     Raises:
         WriteError: there is not enough room, on all ranks alike.
     """
-    free = comm.bcast(shutil.disk_usage(directory).free if comm.rank == 0 else 0)
-    if free < 2 * comm.size * size + SPARE:  # twice: the mesh comes with the first time
+    total = comm.allreduce(size)
+    fits = comm.rank > 0 or _fits(directory, 2 * total + SPARE)  # the mesh comes the first time
+    if not comm.bcast(fits):
         raise WriteError(f"{directory}: cannot be written: no space left for fields")
+
+
+def _fits(directory: Path, size: int) -> bool:
+    """Whether so many bytes can be had, by asking for them: disks and quotas may be full."""
+    if shutil.disk_usage(directory).free < size:
+        return False
+    try:
+        with tempfile.TemporaryFile(dir=directory) as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+    except OSError as error:
+        return error.errno in (errno.EINVAL, errno.EOPNOTSUPP)  # cannot be told here
+    return True
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
     for k, (interface, c) in enumerate(pairs):
         mesh, n = interface.nodes.mesh, interface.nodes.mesh.n_nonmortar
         op = c.operators
-        pressure, tau = c.pressure, line_tangents(op.normals.n)
+        pressure, slip = c.pressure, state.slip[k]
+        space = mesh.dim == 3
         status = np.where(mesh.has_multiplier, c.status, Status.NONE).astype(np.int8)
         mortar = np.arange(n, n if interface.nodes.is_rigid else mesh.n_nodes)
         weight = np.asarray(op.M.sum(0)).ravel()[mortar]
@@ -159,8 +160,8 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 arc=_arc(mesh, op.x),
                 gap=np.where(np.isfinite(c.gap), c.gap, np.nan),
                 pressure=pressure,
-                traction=np.einsum("ji,ji->j", c.traction, tau),
-                slip=np.einsum("ji,ji->j", state.slip[k], tau),
+                traction=_along(c.traction, op.normals.n),
+                slip=_along(slip, op.normals.n),
                 status=status,
                 coverage=op.coverage,
                 facet_length=op.size,
@@ -171,9 +172,18 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
                 ),
                 heat=_surface_heat(discretisation, state, k),
+                traction_vector=c.traction if space else None,
+                slip_vector=slip if space else None,
             )
         )
     return tables
+
+
+def _along(vectors: Floats, normals: Floats) -> Floats:
+    """Tangential vectors along (n_y, -n_x); in space their lengths."""
+    if vectors.shape[1] == 3:
+        return np.asarray(np.linalg.norm(vectors, axis=1))
+    return np.asarray(np.einsum("ji,ji->j", vectors, line_tangents(normals)))
 
 
 def _tables_of_heat(discretisation: Discretisation, state: State) -> list[InterfaceTable]:
@@ -215,5 +225,7 @@ def _surface_heat(discretisation: Discretisation, state: State, k: int) -> Surfa
 
 def _arc(mesh: InterfaceMesh, x: Floats) -> Floats:
     """Arc length along the nonmortar surface, which is numbered along its walk [m]."""
+    if mesh.dim == 3:
+        return np.zeros(mesh.n_nonmortar)
     step = np.hypot(*np.diff(x[: mesh.n_nonmortar], axis=0).T)
     return np.concatenate(([0.0], np.cumsum(step)))

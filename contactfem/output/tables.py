@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import contactfem
 from contactfem.checkpoint.format import NAME
+from contactfem.common.text import one_line
 from contactfem.errors import CaseError
 from contactfem.results.data import (
     ErrorStep,
@@ -72,7 +73,8 @@ SURFACE_HEAT_COLUMNS = {
     "flux": "heat_flux [W/m^2]",
     "dissipation": "dissipation [W/m^2]",
 }
-POSITIONS = ("X [m]", "Y [m]", "x [m]", "y [m]")
+AXES = "xyz"
+VECTOR_COLUMNS = {"traction_vector": "traction_{} [Pa]", "slip_vector": "slip_{} [m]"}
 
 
 def _cell(value: object) -> str:
@@ -96,13 +98,19 @@ def interface_csv(table: InterfaceTable) -> str:
     Returns:
         The text of the file, its header with units.
     """
+    axes = AXES[: table.X.shape[1]]
+    names = [name for name in NODE_COLUMNS if name != "arc" or len(axes) == 2]
     columns: list[Sequence[object]] = [
         [float(value) for value in column]
-        for column in (*table.X.T, *table.x.T, *(getattr(table, name) for name in NODE_COLUMNS))
+        for column in (*table.X.T, *table.x.T, *(getattr(table, name) for name in names))
     ]
-    where = len(POSITIONS) + list(NODE_COLUMNS).index("status")
+    where = 2 * len(axes) + names.index("status")
     columns[where] = [Status(code).name.lower() for code in table.status]
-    header = [*POSITIONS, *NODE_COLUMNS.values()]
+    header = [f"{axis} [m]" for axis in axes.upper() + axes]
+    header += [NODE_COLUMNS[name] for name in names]
+    for name, title in VECTOR_COLUMNS.items() if len(axes) == 3 else ():
+        header += [title.format(axis) for axis in axes]
+        columns += [[float(v) for v in column] for column in getattr(table, name).T]
     if table.heat is not None:
         header += SURFACE_HEAT_COLUMNS.values()
         columns += [[float(v) for v in getattr(table.heat, key)] for key in SURFACE_HEAT_COLUMNS]
@@ -120,7 +128,8 @@ def mortar_csv(table: InterfaceTable) -> str:
     """
     columns = (*table.mortar_x.T, table.mortar_pressure)
     rows = zip(*([float(value) for value in column] for column in columns), strict=True)
-    return _csv(("x [m]", "y [m]", "pressure [Pa]"), rows)
+    axes = AXES[: table.mortar_x.shape[1]]
+    return _csv([*(f"{axis} [m]" for axis in axes), "pressure [Pa]"], rows)
 
 
 def _error_cells(errors: ErrorStep) -> list[object]:
@@ -164,7 +173,7 @@ def _history_header(case: Case) -> list[str]:
     columns = STEP_COLUMNS | {"dissipation": f"dissipation [{energy}]"}
     header = [*columns.values(), "residual"]
     for name in case.interfaces:
-        header += [f"{name}.force_x [{force}]", f"{name}.force_y [{force}]"]
+        header += [f"{name}.force_{axis} [{force}]" for axis in AXES[: case.axes]]
         header.append(f"{name}.moment_defect")
     if case.heat is not None:
         header += [f"{v} [{energy}]" if "heat" in v else v for v in HEAT_COLUMNS.values()]
@@ -177,7 +186,7 @@ def _history_cells(case: Case, report: StepReport) -> list[object]:
     row = [getattr(report, name) for name in STEP_COLUMNS]
     row.append(report.residuals[-1] if report.residuals else math.nan)
     for name in case.interfaces:
-        forces = report.forces.get(name, (0.0, 0.0))
+        forces = report.forces.get(name, (0.0,) * case.axes)
         row += [*forces, report.moment_defects.get(name, 0.0)]
     if report.heat is not None:
         heat = asdict(report.heat) | {"held_sum": sum(report.heat.held.values())}
@@ -283,8 +292,11 @@ def read_summary(directory: Path) -> dict[str, Any]:
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
         wrong = [key for key in ("title", "steps", "verdicts", "passed") if key not in summary]
-    except (ValueError, TypeError) as error:
-        raise CaseError(f"{path}: not a summary of a run: {error}") from None
+    except (OSError, ValueError, TypeError, RecursionError) as error:
+        why = one_line(str(error))
+        raise CaseError(f"{path}: not a summary of a run: {why}") from None
+    if not isinstance(summary, dict):
+        raise CaseError(f"{path}: not a summary of a run")
     if wrong:
         raise CaseError(f"{path}: not a summary of a run: it has no '{wrong[0]}'")
     return dict(summary)

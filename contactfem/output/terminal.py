@@ -39,8 +39,8 @@ def step_line(report: StepReport, force_unit: str = "N/m") -> str:
     return f"{head}{newton}{status}{forces}{_heat(report)}{_errors(report)}{cuts}".rstrip()
 
 
-def _forces(forces: Mapping[str, tuple[float, float]], unit: str) -> str:
-    """Both components of the force of every interface."""
+def _forces(forces: Mapping[str, tuple[float, ...]], unit: str) -> str:
+    """All components of the force of every interface."""
     return "  ".join(
         f"{name} ({', '.join(engineering(part, unit, 4) for part in force)})"
         for name, force in forces.items()

@@ -106,7 +106,7 @@ class OutputWriter:
             tables: the interfaces.
             t: time to put into the file names, none at the end of the run [s].
         """
-        suffix = "" if t is None else f"_t={t:.6g}"
+        suffix = "" if t is None else f"_t={t:.12g}"
         for table in tables:
             stem = f"interface_{table.name}"
             write_whole(self.directory / f"{stem}{suffix}.csv", interface_csv(table))

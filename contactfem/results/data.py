@@ -35,6 +35,10 @@ class HeatStep:
         friction_defect: relative error of the interpolated frictional power before it was made
             that of mechanics, the largest of the interfaces [-].
         rings: what a time scheme does that rings, else empty.
+        moved: heat that moved inside the bodies and across interfaces, either way [J/m].
+        bounds: that temperatures cannot leave by the maximum principle, lower and upper [K]; None
+            where a source, friction or straining lifts one.
+        outside: how far they left them, over the range of temperatures [-].
     """
 
     passes: int
@@ -51,6 +55,9 @@ class HeatStep:
     flow: dict[str, float]
     friction_defect: float
     rings: str
+    moved: float = 0.0
+    bounds: tuple[float | None, float | None] = (None, None)
+    outside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -80,7 +87,7 @@ class Observables:
         temperature_mean: the mean one, by heat capacity [K]; None where none is stored.
     """
 
-    forces: dict[str, tuple[float, float]]
+    forces: dict[str, tuple[float, ...]]
     temperature_max: float | None
     temperature_mean: float | None
 
@@ -151,7 +158,7 @@ class StepReport:
         open: nonmortar nodes without contact, over all interfaces.
         stick: nonmortar nodes that stick.
         slip: nonmortar nodes that slip (all active ones where there is no friction).
-        forces: resultant (Fx, Fy) on the mortar side, per interface [N/m].
+        forces: resultant (Fx, Fy) or (Fx, Fy, Fz) on the mortar side, per interface [N/m].
         dissipation: frictional work of the step [J/m].
         wall: wall-clock time of the step, failed attempts included [s].
         moment_defects: moment that the forces of both sides leave over, relative, per interface.
@@ -168,7 +175,7 @@ class StepReport:
     open: int
     stick: int
     slip: int
-    forces: dict[str, tuple[float, float]]
+    forces: dict[str, tuple[float, ...]]
     dissipation: float
     wall: float
     moment_defects: dict[str, float] = field(default_factory=dict)
@@ -206,25 +213,30 @@ class SurfaceHeat(NamedTuple):
 
 @dataclass(frozen=True)
 class InterfaceTable:
-    """State of one interface along its nonmortar surface, nodes ordered by arc length.
+    """State of one interface along its nonmortar surface, in the plane ordered by arc length.
 
     Attributes:
         name: name of the interface.
-        X: reference positions (n, 2) [m].
-        x: current positions (n, 2) [m].
-        arc: arc length along the current surface (n,) [m].
+        X: reference positions (n, dim) [m].
+        x: current positions (n, dim) [m].
+        arc: arc length along the current surface (n,) [m]; zero in space.
         gap: mean gap around the node, open > 0, NaN where no mortar side is near (n,) [m].
         pressure: normal multiplier, compression > 0 (n,) [Pa].
-        traction: tangential multiplier on the mortar side along (n_y, -n_x) (n,) [Pa].
-        slip: accumulated slip of nonmortar relative to mortar (n,) [m].
+        traction: tangential multiplier on the mortar side along (n_y, -n_x), in space its size
+            (n,) [Pa].
+        slip: accumulated slip of nonmortar relative to mortar, likewise (n,) [m].
         status: values of `Status` (n,).
         coverage: share of the node's facets that faces the mortar side (n,) [-].
-        facet_length: half the length of the facets at the node, summed (n,) [m].
-        depth: what a length of facet stands for (n,) [m]: 1, or around an axis the circumference.
+        facet_length: half the length of the facets at the node, summed; in space the root of the
+            area around it (n,) [m].
+        depth: what a length of facet stands for (n,) [m]: 1, around an axis the circumference, in
+            space the same length again.
         facets: nodes of the facets (k, nf).
         heat: heat at the nodes; None where it is not solved for.
         mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
         mortar_pressure: pressure seen from the mortar side (k,) [Pa].
+        traction_vector: tangential multiplier in space (n, 3) [Pa]; None in the plane.
+        slip_vector: accumulated slip in space (n, 3) [m]; None in the plane.
     """
 
     name: str
@@ -243,6 +255,8 @@ class InterfaceTable:
     depth: Floats | float = 1.0
     facets: Ints = field(default_factory=lambda: np.empty((0, 2), np.int64))
     heat: SurfaceHeat | None = None
+    traction_vector: Floats | None = None
+    slip_vector: Floats | None = None
 
 
 @dataclass(frozen=True)

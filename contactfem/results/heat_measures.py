@@ -42,6 +42,7 @@ RUN_UNITS = {
     "heat.balance_defect": "",
     "heat.friction_defect": "",
     "heat.passes.max": "",
+    "heat.outside": "",
     "heat.ringing_steps": "",
     "cost.heat_to_newton": "",
     "cost.transfer_share": "",
@@ -76,18 +77,30 @@ def heat_of_steps(steps: Sequence[StepReport]) -> dict[str, float]:
     return values | {
         "heat.temperature_max": max(step.temperature_max for step in found),
         "heat.temperature_min": min(step.temperature_min for step in found),
-        "heat.balance_defect": max(relative_defect(step) for step in found),
+        "heat.balance_defect": balance_defect(found),
         "heat.friction_defect": max(step.friction_defect for step in found),
+        "heat.outside": max(step.outside for step in found),
         "heat.passes.max": float(max(step.passes for step in found)),
         "heat.ringing_steps": float(sum(bool(step.rings) for step in found)),
     }
 
 
-def relative_defect(step: HeatStep) -> float:
-    """What is stored in a step but came from nowhere, over all heat that was moved in it [-]."""
-    parts = (step.stored, step.loads, step.friction, step.obstacles, step.strained)
-    moved = max(abs(part) for part in (*parts, *step.held.values()))
-    return abs(step.defect) / moved if moved > 0.0 else 0.0
+def balance_defect(steps: Sequence[HeatStep]) -> float:
+    """Largest of what steps stored but came from nowhere, over the most heat moved until then [-].
+
+    A step in which next to nothing moves any more has a defect of round-off of all that is stored.
+    """
+    largest = most = 0.0
+    for step in steps:
+        most = max(most, moved(step))
+        largest = max(largest, abs(step.defect) / most if most > 0.0 else 0.0)
+    return largest
+
+
+def moved(step: HeatStep) -> float:
+    """Heat that moved in a step: that came in or out, or went from one place to another [J/m]."""
+    parts = (step.moved, step.stored, step.loads, step.friction, step.obstacles, step.strained)
+    return max(abs(part) for part in (*parts, *step.held.values()))
 
 
 def heat_of_costs(timings: dict[str, float], steps: Sequence[StepReport]) -> dict[str, float]:

@@ -53,6 +53,8 @@ INTERFACE_UNITS = {
     "stick": "",
     "slip": "",
 }
+# Measured in the plane only
+ALONG_A_LINE = ("contact_", "stick_", "pressure_at_", "mortar_pressure_at_")
 CLOSED_FORM_UNITS = {
     "pressure_error_l2": "",
     "pressure_error_l2_core": "",
@@ -87,8 +89,12 @@ def measurable(case: Case) -> dict[str, str]:
     """
     names = dict(RUN_UNITS)
     by_length = {unit: case.force_unit.replace("N", unit[0]) for unit in ("N/m", "J/m", "W/m")}
+    of_interface = INTERFACE_UNITS
+    if case.axes == 3:
+        of_interface = {k: u for k, u in of_interface.items() if not k.startswith(ALONG_A_LINE)}
+        of_interface = of_interface | {"force_z": "N/m", "contact_area": "m^2", "stick_area": "m^2"}
     for interface in case.interfaces:
-        units = INTERFACE_UNITS | (CLOSED_FORM_UNITS if interface in case.closed_form else {})
+        units = of_interface | (CLOSED_FORM_UNITS if interface in case.closed_form else {})
         names |= {f"{interface}.{key}": unit for key, unit in units.items()}
     for body in case.bodies if case.mechanics else ():
         for end in ("min", "max"):
@@ -179,7 +185,7 @@ def _of_interface(
         "pressure_min": float(table.pressure[active].min()) if active.any() else math.nan,
         "traction_max": float(np.max(np.abs(table.traction), where=active, initial=0.0)),
         "normal_force": float(weights @ table.pressure),
-        "tangential_force": float(weights @ table.traction),
+        "tangential_force": _tangential_force(table, weights),
         "gap_min": float(np.min(table.gap, where=np.isfinite(table.gap), initial=math.inf)),
         "slip_max": float(np.abs(table.slip).max()),
         "active": float(active.sum()),
@@ -188,6 +194,11 @@ def _of_interface(
     }
     if len(table.mortar_pressure):
         values["mortar_pressure_max"] = float(table.mortar_pressure.max())
+    if table.X.shape[1] == 3:
+        return values | {
+            "contact_area": float(weights[active].sum()),
+            "stick_area": float(weights[table.status == Status.STICK].sum()),
+        }
     values |= _edges(table, "contact", ACTIVE) | _edges(table, "stick", (Status.STICK,))
     values |= _at_center(table, pressure, solution)
     if solution is not None:
@@ -196,6 +207,13 @@ def _of_interface(
             linearised(table) if small_strain and along_x else table, active, solution
         )
     return values
+
+
+def _tangential_force(table: InterfaceTable, weights: Floats) -> float:
+    """Resultant of the tangential multipliers along the surface, in space its size [N/m]."""
+    if table.traction_vector is None:
+        return float(weights @ table.traction)
+    return float(np.linalg.norm(weights @ table.traction_vector))
 
 
 def _errors(
@@ -271,7 +289,8 @@ def measure(result: RunResult) -> dict[str, float]:
         solution = closed_form(entry.solution, entry.parameters) if entry else None
         found = _of_interface(table, solution, result.case.strain == "small")
         if result.steps and table.name in result.steps[-1].forces:
-            found["force_x"], found["force_y"] = result.steps[-1].forces[table.name]
+            force = result.steps[-1].forces[table.name]
+            found |= {f"force_{a}": part for a, part in zip("xyz", force, strict=False)}
             found["moment_defect"] = result.steps[-1].moment_defects.get(table.name, math.nan)
         found |= heat_of_interface(table)
         values |= {f"{table.name}.{key}": value for key, value in found.items()}

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from contactfem.case.schema import Case
 from contactfem.checkpoint.checkpointer import Checkpointer
-from contactfem.checkpoint.format import Checkpoint, Origin
+from contactfem.checkpoint.format import NAME, Checkpoint, Origin, intact
 from contactfem.checkpoint.state_io import meshes
 from contactfem.common.text import about
 from contactfem.common.timers import Timers
@@ -19,6 +19,7 @@ from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.state import State
 from contactfem.fem.form_cache import compiling
 from contactfem.fem.petsc_options import HEAT, MECHANICS, available, forget
+from contactfem.output.folder_lock import locked
 from contactfem.output.recorder import OnStep, Recorder
 from contactfem.results.data import RunResult
 from contactfem.run.result import outcome
@@ -98,7 +99,7 @@ def solve_case(
         WriteError: Results cannot be written.
     """
     invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
-    with about(case.path):
+    with about(case.path), locked(out, comm):
         try:
             return _run(case, comm, out, invocation, resumed, on_step)
         finally:
@@ -122,7 +123,10 @@ def _run(
     progress = resumed.progress if resumed is not None else None
     case, notes = _with_available_solvers(case)
     with compiling(comm):
-        given = meshes(resumed.state) if resumed is not None else None
+        given = None
+        if resumed is not None:
+            with intact(str(out / NAME) if out is not None else resumed.origin.path):
+                given = meshes(resumed.state)
         discretisation = discretise(case, comm, timers, given)
         solver = newton_solver(case, discretisation, timers) if case.mechanics else None
         origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
@@ -135,7 +139,8 @@ def _run(
                 recorder.warning(note)
             loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)
             if resumed is not None:
-                loop.restore(resumed)
+                with intact(resumed.origin.path if out is None else str(out / NAME)):
+                    loop.restore(resumed)
             message = loop.run()
             loop.flush()
             last = loop.discretisation, loop.state, loop.progress()

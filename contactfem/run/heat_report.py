@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from contactfem.common.typing import Floats
+from contactfem.heat.maximum_principle import outside, widened
 from contactfem.heat.ringing import (
     COLD,
     STEPS,
@@ -34,7 +35,11 @@ class HeatRecord:
         self._thermal = thermal
 
     def step(
-        self, outcome: HeatOutcome, before: Sequence[Floats], increments: Increments
+        self,
+        outcome: HeatOutcome,
+        before: Sequence[Floats],
+        increments: Increments,
+        last: HeatStep | None,
     ) -> tuple[HeatStep, Increments]:
         """Report of an accepted step; collective.
 
@@ -42,12 +47,16 @@ class HeatRecord:
             outcome: Its heat side.
             before: Temperatures at its start, flat local arrays of the bodies [K].
             increments: Of the steps before it.
+            last: Report of the step before it, if there was one.
 
         Returns:
             The report, and the increments with those of this step.
         """
         theta, balance = outcome.solution.theta, outcome.solution.balance
         low, high = self._range(theta)
+        bounds = last.bounds if last is not None else self._range(before)
+        start, system = float(outcome.at[0]) - outcome.dt, self._thermal.system
+        bounds = widened(bounds, system, start, outcome.dt, outcome.exchanges)
         flow = {
             link.heat.name: self._flow(k, theta, outcome)
             for k, link in enumerate(self._thermal.interfaces)
@@ -74,6 +83,9 @@ class HeatRecord:
             flow=flow,
             friction_defect=max((abs(e.defect) for e in outcome.exchanges), default=0.0),
             rings=self._rings(increments, outcome.dt, high - low),
+            moved=balance.moved,
+            bounds=bounds,
+            outside=outside(bounds, low, high),
         )
         return report, increments
 

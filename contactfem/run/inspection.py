@@ -10,16 +10,20 @@ import numpy as np
 
 from contactfem.audit.files import heat_terms
 from contactfem.audit.forces import BodyForces, ContactForces, breaches_of_heat
-from contactfem.audit.loads import in_volume, of_pressure, on_surface
+from contactfem.audit.loads import in_volume, means, of_pressure, on_surface
 from contactfem.audit.look import AuditState, Finding, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
 from contactfem.case.obstacles import Circle, Plane
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
-from contactfem.common.typing import Bools, Floats
+from contactfem.common.place_time import Varying
+from contactfem.common.time_table import constant
+from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.common.units import Given
 from contactfem.contact.state import ContactState
 from contactfem.discretisation.discretise import Discretisation
+from contactfem.discretisation.given_data import given
 from contactfem.mechanics.body import BodyProblem
 from contactfem.solvers.newton import NewtonSolver
 
@@ -230,16 +234,26 @@ class Inspector:
             return np.array([force[a].at(t, self._ramp_end) if a in force else 0.0 for a in axes])
         mesh = self.discretisation.bodies[shape.name].mesh
         facets = mesh.groups[condition.surface] if condition.surface is not None else None
+        cells = shape.simplices if facets is None else facets
         if condition.pressure is not None and facets is not None:
             x = shape.X if self._case.strain == "small" else shape.x
-            return of_pressure(
-                x, facets, condition.pressure.at(t, self._ramp_end), axisymmetric=around
-            )
-        given = condition.traction or condition.body_force or {}
-        density = np.array([given[a].at(t, self._ramp_end) if a in given else 0.0 for a in axes])
+            pressure = self._mean(condition.pressure, shape, cells, t)
+            return of_pressure(x, facets, pressure, axisymmetric=around)
+        found = condition.traction or condition.body_force or {}
+        zero = constant(0.0)
+        density = np.column_stack([self._mean(found.get(a, zero), shape, cells, t) for a in axes])
         if facets is not None:
             return on_surface(shape.X, facets, density, axisymmetric=around)
         return in_volume(shape, density, axisymmetric=around)
+
+    def _mean(self, value: Given, shape: BodyShape, cells: Ints, t: float) -> Floats:
+        """Mean of a load over facets or simplices, as linear between their corners, (k,)."""
+        found = given(self._case, value)
+        if isinstance(found, Varying):
+            corners = shape.X[cells].reshape(-1, shape.X.shape[1])
+            values = found.at(corners, t, self._ramp_end).reshape(cells.shape)
+            return means(values, shape.X, cells, axisymmetric=self._case.axisymmetric)
+        return np.full(len(cells), found.at(t, self._ramp_end))
 
 
 def _owned(body: BodyProblem) -> Bools:

@@ -55,7 +55,7 @@ def prepare(folder: Path, overrides: Sequence[str]) -> Resumption:
         _check_changeable(text)
     if not overrides and (folder / SUMMARY).is_file():
         summary = read_summary(folder)
-        if summary["converged"]:
+        if summary.get("converged") is True:
             return Resumption(f"{folder}: the run has come to its end; there is nothing to do")
     checkpoint, warning = read_checkpoint(folder)
     path, raw = Path(checkpoint.origin.path), checkpoint.origin.contents

@@ -18,6 +18,7 @@ from contactfem.adaptivity.decisions import (
     RepeatStep,
 )
 from contactfem.case.schema import Case
+from contactfem.case.temperature_scale import given_temperature, responds_to_temperature
 from contactfem.case.time_points import stops
 from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
@@ -32,13 +33,14 @@ from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, MeshErrors, StepReport
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
+from contactfem.run.verdict import heat_verdict
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 if TYPE_CHECKING:
     from contactfem.adaptivity.adaptation import Adaptation
     from contactfem.run.inspection import Verification
-    from contactfem.thermomechanics.staggered import HeatOutcome
+    from contactfem.thermomechanics.staggered import HeatOutcome, HeatStart
     from contactfem.thermomechanics.thermal_problem import Thermal
 
 
@@ -125,6 +127,8 @@ class Loop:
             self._keep(self.keeper.visit)
             if why := self._step():
                 return why
+        for text in heat_verdict(self.case, self.reports):
+            self._warn(text)
         self._keep(self.keeper.finish)
         return ""
 
@@ -339,16 +343,14 @@ class Loop:
         )
         step = StepInput(t, self.ramp_end, histories, starts, known, self.alone, self.cautious)
         if self.heat is not None:
-            return self.heat.driver.attempt(
-                step, self.state.t, self.state.theta, self.state.thermal_u
-            )
+            return self.heat.driver.attempt(step, self.heat.start(self.state))
         assert self.solver is not None
         return self.solver.solve(step), None
 
     def _temperature(self, k: int, t: float) -> float:
-        """Relative temperature of the nonmortar body of an interface at a time [K]."""
+        """Temperature of the nonmortar body of an interface at a time [K]."""
         sides = self.case.interfaces[self.discretisation.interfaces[k].name]
-        return self.case.bodies[sides.nonmortar.partition(".")[0]].temperature(t)
+        return given_temperature(self.case, sides.nonmortar.partition(".")[0])(t)
 
     def _offset(self, k: int, t: float) -> float:
         """Interference less clearance of an interface at a time [m]."""
@@ -392,7 +394,10 @@ class Loop:
         warmed = None
         if self.heat is not None and heat is not None:
             warmed, self.state.increments = self.heat.record.step(
-                heat, self.state.theta, self.state.increments
+                heat,
+                self.state.theta,
+                self.state.increments,
+                self.reports[-1].heat if self.reports else None,
             )
             pairs = zip(self.state.theta, heat.solution.theta, strict=True)
             self.state.rate = [np.asarray((b - a) / dt) for a, b in pairs]
@@ -453,9 +458,15 @@ class _HeatSide:
 
     def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
         from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import Passes, Staggered
+        from contactfem.thermomechanics.staggered import HeatStart, Passes, Staggered
 
         assert case.heat is not None
-        passes = Passes(case.heat.max_passes, case.heat.tolerance, case.heat.relaxation)
+        respond, given = responds_to_temperature(case), case.heat
+        passes = Passes(given.max_passes, given.tolerance, given.relaxation, respond)
+        self._start = HeatStart
         self.driver = Staggered(solver, thermal, passes)
         self.record = HeatRecord(thermal)
+
+    def start(self, state: State) -> HeatStart:
+        """What heat starts a step from."""
+        return self._start(state.t, state.theta, state.thermal_u, state.exchanges, state.rate)

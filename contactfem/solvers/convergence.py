@@ -136,18 +136,19 @@ class Convergence:
     def residual_small(self) -> bool:
         """Whether the residual is below the tolerance, or is round-off."""
         floor = ROUND_OFF * self._criteria.stiffness
-        return self._norm <= max(self._criteria.tolerance * self._scale, floor)
+        return bool(self._norm <= max(self._criteria.tolerance * self._scale, floor))
 
     @property
     def stalled(self) -> bool:
         """Whether the residual is near round-off and does not shrink any more."""
         near = self._norm <= STALLED * self._criteria.stiffness
-        return near and len(self.residuals) > 1 and self.residuals[-1] > 0.5 * self.residuals[-2]
+        slow = len(self.residuals) > 1 and self.residuals[-1] > 0.5 * self.residuals[-2]
+        return bool(near and slow)
 
     @property
     def force_free(self) -> bool:
         """Whether there is no force but round-off: surfaces may touch without it."""
-        return max(self._norm, self._forces) <= ROUND_OFF * self._criteria.stiffness
+        return bool(max(self._norm, self._forces) <= ROUND_OFF * self._criteria.stiffness)
 
     @property
     def active_set_unchanged(self) -> bool:

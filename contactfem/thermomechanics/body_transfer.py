@@ -2,6 +2,8 @@
 
 from functools import cached_property
 
+import numpy as np
+
 from mpi4py import MPI
 
 from contactfem.common.typing import Floats
@@ -37,6 +39,19 @@ class BodyLink:
         self._u_target = VertexValues(comm, heat.mesh, heat.displacement_space)
         self._theta_source = VertexValues(comm, heat.mesh, heat.V)
         self._theta_target = VertexValues(comm, mechanics.mesh, temperature.function_space)
+
+    @property
+    def expansion(self) -> float:
+        """Coefficient of expansion [1/K]; 0 for a user's energy that calls it otherwise."""
+        return float(self._mechanics.law.parameters.get("expansion", 0.0))
+
+    @cached_property
+    def extent(self) -> float:
+        """Largest extent of the body [m]; collective."""
+        x = self._heat.mesh.mesh.geometry.x
+        found = np.concatenate((x.max(axis=0, initial=-np.inf), (-x).max(axis=0, initial=-np.inf)))
+        self._comm.Allreduce(MPI.IN_PLACE, found, MPI.MAX)
+        return float((found[:3] + found[3:]).max())
 
     def prepare(self) -> None:
         """Make both transfers, for a run that needs them in every step; collective."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats
+from contactfem.contact.pressure import contact_pressure, continuous_pressure
 from contactfem.contact.state import ContactState
 from contactfem.heat.interface import HeatExchange, HeatInterface
 from contactfem.meshes.data import Surface
@@ -46,9 +47,12 @@ class InterfaceLink:
             ramp_end: Time at which constant motions are reached [s].
         """
         n = self.to_heat.matrix.shape[1]
-        pressure, density, power = np.zeros(n), np.zeros(n), None
+        pressure: Floats | None = None
+        density, power = np.zeros(n), None
         if c is not None:
-            pressure = contact_pressure(c)
+            varies = self.heat.law.by_pressure
+            comm = self.heat.nodes.comm
+            pressure = continuous_pressure(c, comm) if varies else contact_pressure(c)
             if self.has_friction:
                 density, power = friction_heat(c, dt)
         if self.pressure is not None:
@@ -60,12 +64,8 @@ class InterfaceLink:
         heat = self.to_heat(density)
         if power is not None and not heat.any():  # it fell between the thermal nodes
             heat = self.to_heat.spread(density)
-        return self.heat.exchange(x, self.to_heat(pressure), heat, power)
-
-
-def contact_pressure(c: ContactState) -> Floats:
-    """Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,)."""
-    return np.asarray(np.maximum(np.where(c.active, c.pressure, 0.0), 0.0))
+        pressed = None if pressure is None else self.to_heat(pressure)
+        return self.heat.exchange(x, pressed, heat, power, t + dt)
 
 
 def friction_heat(c: ContactState, dt: float) -> tuple[Floats, float]:

@@ -2,7 +2,12 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from mpi4py import MPI
+
 from contactfem.common.typing import Floats
+from contactfem.contact.pressure import contact_pressure
 from contactfem.contact.state import ContactState
 from contactfem.heat.body import HeatBody
 from contactfem.heat.interface import HeatExchange
@@ -62,6 +67,7 @@ class Thermal:
         t: float,
         dt: float,
         ramp_end: float,
+        before: Sequence[HeatExchange] = (),
     ) -> tuple[HeatSolution, list[HeatExchange]]:
         """One step of the heat problem in the present configuration; collective.
 
@@ -72,6 +78,7 @@ class Thermal:
             t: Time at its start [s].
             dt: Its length [s].
             ramp_end: Time at which constant motions are reached [s].
+            before: What the interfaces exchange at its start; empty if that is not known.
 
         Returns:
             The solution, and what the interfaces exchange.
@@ -84,7 +91,33 @@ class Thermal:
                 link.exchange(c, t, dt, ramp_end)
                 for link, c in zip(self.interfaces, conditions, strict=True)
             ]
-        return self.system.solve(HeatStepInput(t, dt, theta, u, exchanges)), exchanges
+        return self.system.solve(HeatStepInput(t, dt, theta, u, exchanges, before)), exchanges
+
+    def expansions(self, difference: Sequence[Floats]) -> float:
+        """How far a difference of temperatures moves a surface, Σ α L max |Δϑ| [m]; collective."""
+        comm = self.system.comm
+        largest = np.array([float(np.abs(d).max(initial=0.0)) for d in difference])
+        comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)
+        lengths = [link.expansion * link.extent for link in self.links]
+        return float(largest @ np.array(lengths))
+
+    def conductance_change(self, conditions: Sequence[ContactState | None], moved: float) -> float:
+        """Largest relative change of a conductance if its gap grows by a length [-].
+
+        Args:
+            conditions: Contact conditions per interface; None without mechanics.
+            moved: The length [m].
+        """
+        changes = [0.0]
+        for link, c in zip(self.interfaces, conditions, strict=True):
+            law = link.heat.law.conductance
+            seen = None if c is None else np.isfinite(c.operators.gap)
+            if law is not None and c is not None and seen is not None and seen.any():
+                gap, pressure = c.operators.gap[seen], contact_pressure(c)[seen]
+                h, wider = law(pressure, gap).h, law(pressure, gap + moved).h
+                largest = float(np.abs(h).max())
+                changes.append(float(np.abs(wider - h).max()) / largest if largest > 0.0 else 0.0)
+        return max(changes)
 
     def displacements(self) -> list[Floats]:
         """Displacements on the thermal meshes, copied, flat local arrays [m]."""

@@ -23,7 +23,7 @@ TOLERANCE = 1e-12
 # times, costs and how the run was started; residuals are what round-off leaves over
 LEFT_OUT = re.compile(
     r"(^|\.)(timings|versions|command|floor|wall|cost|residuals|title|references|case|import|"
-    r"message|warnings|seconds|verdicts|reason|decisions)(\.|$)"
+    r"message|warnings|seconds|verdicts|reason|decisions|resolved|scene)(\.|$)"
 )
 ROUND_OFF = re.compile(r"(defect|balance|imbalance|error|eta)")
 COMPONENT = re.compile(r"_(xx|yy|zz|xy|yz|xz|x|y|z|von_mises)(?=\.|$)|\.(x|y|z)$|[._](min|max)$")

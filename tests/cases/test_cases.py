@@ -18,6 +18,7 @@ SLOW = {  # variants that take long, None for the case itself; all where none is
     "hertz": ("large",),
     "ironing": (),
     "sliding_block": ("large",),
+    "sphere3d": ("fine",),
     "tire": (),
     "tire_small": (),  # verification/test_tire.py runs it
 }

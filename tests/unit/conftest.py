@@ -32,6 +32,7 @@ def make_case(**changes: Any) -> SimpleNamespace:
         "references": ("K. L. Johnson, Contact Mechanics",),
         "path": Path("cattaneo_mindlin.toml"),
         "dimension": "plane strain",
+        "axes": 2,
         "strain": "finite",
         "force_unit": "N/m",
         "bodies": {"lower": None, "upper": None},

@@ -23,7 +23,7 @@ ROD = {
     "wall": 200.0,
 }
 BARBER = BarberRod(**ROD, start=-2e6, law=PowerLaw(40e3, 100e6, 1.5))
-PASSES = pytest.mark.parametrize("passes", [1, 20])
+PASSES = pytest.mark.parametrize("passes", [(), ("heat.max_passes=20",)])
 
 
 def disturbed(tmp_path, state, share):
@@ -34,11 +34,11 @@ def disturbed(tmp_path, state, share):
     return text.replace("fields.py:barber_warm", "start.py:start")
 
 
-def growth(written, text, state, times, dt, passes):
+def growth(written, text, state, times, dt, passes, rows=16):
     """Rate at which the surface temperature leaves a state between two times [1/s]."""
     changes = [f'time.{key}="{dt} s"' for key in ("step", "step_max")]
-    changes += [f'time.end="{times[1]} s"', f"heat.max_passes={passes}", "heat.tolerance=1e-9"]
-    steps = written(text, *changes, "bodies.rod.mesh.ny=16", "solver.tolerance=1e-12").steps
+    changes += [f'time.end="{times[1]} s"', *passes, "heat.tolerance=1e-9"]
+    steps = written(text, *changes, f"bodies.rod.mesh.ny={rows}", "solver.tolerance=1e-12").steps
     away = {round(step.t / dt): step.heat.temperature_max - state.surface for step in steps}
     first, last = (away[round(t / dt)] for t in times)
     return np.log(last / first) / (times[1] - times[0])
@@ -53,6 +53,17 @@ def test_growth_of_barbers_rod(written, tmp_path, number, passes):
     text = disturbed(tmp_path, state, 1e-4)
     rate = growth(written, text, state, (30.0, 60.0), 0.5, passes)
     assert rate == pytest.approx(state.growth, rel=0.03)
+
+
+@PASSES
+def test_the_coupled_scheme_is_of_second_order(written, tmp_path, passes):
+    """Growth of the unstable state at halved steps, with one predicted pass or the fixed point."""
+    state = BARBER.steady_states()[1]
+    text = disturbed(tmp_path, state, 1e-4).replace("cG(1)", "dG(1)")
+    rates = [growth(written, text, state, (32.0, 64.0), dt, passes) for dt in (4.0, 2.0, 1.0)]
+    changes = np.abs(np.diff(rates)) / state.growth
+    assert changes[1] < 0.005
+    assert 1.8 < np.log2(changes[0] / changes[1]) < 2.3
 
 
 @PASSES
@@ -101,7 +112,7 @@ COLUMN = """
 title = "One mode of thermoelasticity"
 strain = "{strain}"
 time = {{ end = "{steps} s", step = "1 s" }}
-heat = {{ scheme = "dG(0)", thermoelastic = true }}
+heat = {{ scheme = "dG(0)", thermoelastic = true, max_passes = 1 }}
 solver = {{ tolerance = 1e-13 }}
 output = {{ times = [] }}
 [materials.solid]
@@ -136,12 +147,13 @@ def test_limit_of_the_isothermal_split(written, tmp_path, delta, D, strain):
     conductivity = D * capacity * (10e-3 / np.pi) ** 2
     size = 1e-4  # [K]
     (tmp_path / "mode.py").write_text(
-        f"import numpy as np\ndef mode(x, t):\n    return {size} * np.cos(np.pi * x[1] / 10e-3)\n"
+        "import numpy as np\n"
+        f"def mode(x, t):\n    return 293.0 + {size} * np.cos(np.pi * x[1] / 10e-3)\n"
     )
     steps = 24
     text = COLUMN.format(strain=strain, steps=steps, capacity=capacity, conductivity=conductivity)
     result = written(text + CONFINED)
-    amplitude = np.array([step.heat.temperature_max for step in result.steps])
+    amplitude = np.array([step.heat.temperature_max for step in result.steps]) - 293.0
     # θ_n = c_1 z_1^n + c_2 z_2^n from θ_0 and θ_1 = (1 - δ) θ_0 / (1 + D)
     roots = np.roots([1.0 + D, delta - 1.0, -delta])
     first = (1.0 - delta) / (1.0 + D)

@@ -157,7 +157,9 @@ def draw_all(result: RunResult, directory: Path) -> list[Path]:
     paths = [
         painter(result, table, directory / f"interface_{table.name}.png")
         for table in result.interfaces
-        if len(table.arc) > 1 and (result.case.mechanics or table.heat is not None)
+        if table.X.shape[1] == 2
+        and len(table.arc) > 1
+        and (result.case.mechanics or table.heat is not None)
     ]
     bodies = result.bodies
     moves = result.case.mechanics

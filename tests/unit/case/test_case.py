@@ -30,7 +30,8 @@ BROKEN = {
     'interfaces.joint.slave="x"': "interfaces.joint.slave: unknown key; did you mean 'nonmortar'?",
     'interfaces.joint.master="x"': "interfaces.joint.master: unknown key; did you mean 'mortar'?",
     'interfaces.joint.primary="x"': "interfaces.joint.primary: unknown key; known: nonmortar, "
-    "mortar, search_radius, multiplier, normal, friction, heat",
+    "mortar, search_radius, multiplier, normal, friction, heat, "
+    "interference, clearance, adjust",
     "interfaces.joint.friction.mu=0.3": "interfaces.joint.friction.mu: unknown key; did you mean "
     "'coefficient'?",
     'materials.rubber.mu="1 MPa"': "materials.rubber.mu: unknown key; did you mean "
@@ -66,7 +67,7 @@ BROKEN = {
     'interfaces.joint.friction.coefficient="0.3"': "interfaces.joint.friction.coefficient = 0.3: "
     "must be a plain number",
     'interfaces.joint.friction.law="tresco"': "interfaces.joint.friction.law = tresco: must be "
-    "one of coulomb, tresca or 'file.py:function'; did you mean 'tresca'?",
+    "one of coulomb, tresca, rough or 'file.py:function'; did you mean 'tresca'?",
     'interfaces.joint.friction.law="laws.py:own"': "interfaces.joint.friction: law = 'laws.py:own' "
     "takes no coefficient",
     'interfaces.joint.heat.law="presure"': "interfaces.joint.heat.law = presure: must be one of "
@@ -84,8 +85,8 @@ BROKEN = {
     "bodies.upper.mesh.nx=2.5": "bodies.upper.mesh.nx = 2.5: must be a whole number",
     "bodies.upper=3": "bodies.upper = 3: must be a table",
     "conditions=3": "conditions = 3: must be a list",
-    'bodies.upper.temperature="20 degC"': "bodies.upper.temperature = 20 degC: 'degC' has a zero "
-    "of its own; give kelvin; give a temperature such as '20 K'",
+    'bodies.upper.temperature="20 degRe"': "bodies.upper.temperature = 20 degRe: 'degRe' has a "
+    "zero of its own; give kelvin; give a temperature such as '20 K'",
     # meshes
     'bodies.upper.mesh.builder="blok"': "bodies.upper.mesh.builder = blok: must have 'file' or a "
     "'builder', one of block, box, cylinder, die, disk, extrusion, graded_block, graded_box, "
@@ -241,19 +242,22 @@ def test_a_file_that_may_not_be_read(folder):
     assert complaints(path=folder / "case.toml") == ["cannot be read: Permission denied"]
 
 
-def test_contact_in_3d_is_refused():
-    box = (
-        '{builder="box", width="1 m", height="1 m", depth="1 m", nx=1, ny=1, nz=1, '
-        'corner=["0 m","0 m","0 m"]}'
-    )
-    found = complaints(
-        'dimension="3d"',
-        'conditions=[{on="lower.bottom", displacement=["0 m","0 m","0 m"]}]',
-        f"bodies.upper.mesh={box}",
-        f"bodies.lower.mesh={box}",
-        'probes.corner.at=["0 m","0 m","0 m"]',
-    )
-    assert found == ["interfaces: contact in 3D is not available yet"]
+BOX = '{builder="box", width="1 m", height="1 m", depth="1 m", nx=1, ny=1, nz=1}'
+IN_SPACE = (
+    'dimension="3d"',
+    'conditions=[{on="lower.bottom", displacement=["0 m","0 m","0 m"]}]',
+    f"bodies.upper.mesh={BOX}",
+    f"bodies.lower.mesh={BOX}",
+    'probes.corner.at=["0 m","0 m","0 m"]',
+)
+
+
+def test_what_contact_in_space_cannot_do():
+    floor = 'obstacles.floor={shape="plane", point=["0 m","0 m"], normal=[0,1]}'
+    found = complaints(*IN_SPACE, floor, 'interfaces.joint.mortar="floor"')
+    assert found == [
+        "interfaces.joint.mortar = floor: obstacles are plane figures; mesh it as a body"
+    ]
 
 
 def test_a_body_in_3d_does_not_fit_plane_strain():
@@ -274,7 +278,7 @@ def test_the_sample_is_read_in_si():
     upper, lower = case.bodies["upper"], case.bodies["lower"]
     assert upper.mesh.corner == (0.005, 0.0105)
     assert lower.temperature == constant(40.0)
-    assert upper.temperature == constant(0.0)
+    assert upper.temperature is None
     bottom, top, left = case.conditions
     assert bottom.displacement == {"x": constant(0.0), "y": constant(0.0)}
     assert (bottom.kind, bottom.body, bottom.surface) == ("displacement", "lower", "bottom")

@@ -110,9 +110,9 @@ def test_what_a_case_becomes():
     """Values in SI, and what is not said."""
     case = read_case(BARS)
     assert case.heat is not None
-    assert (case.heat.max_passes, case.heat.relaxation) == (1, "aitken")
+    assert (case.heat.max_passes, case.heat.relaxation) == (None, "aitken")
     heat = case.interfaces["contact"].heat
-    assert (heat.conductance, heat.hardness, heat.partition) == (150e3, 100e6, 0.5)
+    assert (heat.conductance, heat.hardness, heat.partition) == (constant(150e3), 100e6, 0.5)
     assert case.materials["solid"].conductivity == 0.2
     assert case.bodies["hot"].thermal_mesh is None
     assert read_case(BARS.with_name("block.toml")).heat is None

@@ -3,8 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from spatial_surfaces import two_grids
 
-from contactfem.mortar.crosspoints import shared_nodes
+from contactfem.errors import CaseError
+from contactfem.mortar.crosspoints import check_shared, shared_nodes
 
 
 def test_shared_nodes():
@@ -27,3 +30,15 @@ def test_shared_nodes_carry_no_multiplier(chains):
     np.testing.assert_array_equal(
         replace(mesh, shared=shared).has_multiplier, mesh.has_multiplier & ~shared
     )
+
+
+def test_shared_nodes_in_space_are_served_from_further_off():
+    """A corner facet all of whose nodes are shared; only where no other is left it is an error."""
+    mesh = two_grids(3, 4, 2, 4)
+    low = (mesh.X[: mesh.n_nonmortar, :2] < -0.1).all(1)
+    check_shared({"some": replace(mesh, shared=low)})
+    every = replace(mesh, shared=np.ones(mesh.n_nonmortar, bool))
+    with pytest.raises(
+        CaseError, match=r"interface all: nodes of the nonmortar facet at \(.*, .*, 0\) m"
+    ):
+        check_shared({"all": every})
