@@ -157,14 +157,15 @@ def _heated(comm: MPI.Comm, body: HeatBody) -> dict[str, Floats]:
 
 def _averaged(comm: MPI.Comm, mesh: BodyMesh, values: Floats) -> Floats | None:
     """Mean of the cells around every vertex, on the first rank; collective."""
-    found = gather_cell_values(comm, mesh, values)
-    if found is None or mesh.data is None:
+    gathered = gather_cell_values(comm, mesh, values)
+    if gathered is None or mesh.data is None:
         return None
     cells = mesh.data.cells
     at, n = cells.ravel(), mesh.n_points
     count = np.maximum(np.bincount(at, minlength=n), 1)
-    columns = [np.bincount(at, np.repeat(c, cells.shape[1]), minlength=n) for c in found.T]
-    return np.column_stack(columns) / count[:, None]
+    columns = [np.bincount(at, np.repeat(c, cells.shape[1]), minlength=n) for c in gathered.T]
+    found: Floats = np.column_stack(columns) / count[:, None]
+    return found
 
 
 def von_mises(stress: Floats) -> Floats:

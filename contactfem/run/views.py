@@ -17,8 +17,8 @@ from contactfem.common.unit_display import scale_for
 from contactfem.discretisation.discretise import Discretisation
 from contactfem.discretisation.state import State
 from contactfem.errors import CaseError
+from contactfem.fem.nodal_average import nodal_average
 from contactfem.laws.active_set import Status
-from contactfem.output.fields import nodal_average
 from contactfem.output.gather import interface_tables
 from contactfem.results.data import InterfaceTable
 

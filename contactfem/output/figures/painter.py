@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,12 +16,15 @@ if TYPE_CHECKING:
 class Painter:
     """A process that loads what it draws with while the run goes on, then draws its results.
 
-    Without a result it ends as soon as the run does.
+    The result goes through a file: PETSc ends a process that writes to a pipe nobody reads. The
+    other process begins when its input ends, and without a result it ends with the run.
     """
 
     def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="contactfem-")
+        self._job = Path(self._folder.name) / "result"
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "contactfem.output.figures.painter"],
+            [sys.executable, "-P", "-m", "contactfem.output.figures.painter", str(self._job)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -36,24 +40,28 @@ class Painter:
         Raises:
             OSError: they cannot be written.
         """
+        sent = True
         try:
-            self._process.communicate(pickle.dumps((result, folder.absolute())))
-        except (pickle.PicklingError, AttributeError, TypeError, BrokenPipeError):
-            self._process.kill()  # a function of a script is known there only
-        if self._process.wait() != 0:
+            self._job.write_bytes(pickle.dumps((result, folder.absolute())))
+        except (pickle.PicklingError, AttributeError, TypeError, OSError):
+            sent = False  # a function of a script is known there only; or there is no room
+            self._job.unlink(missing_ok=True)
+        self.close()
+        if not sent or self._process.returncode != 0:
             from contactfem.output.figures.all_figures import draw_all
 
             draw_all(result, folder)
 
     def close(self) -> None:
-        """Let it end, without pictures."""
+        """Let it draw what it was given, if anything, and end."""
         if self._process.stdin is not None:
             self._process.stdin.close()
         self._process.wait()
+        self._folder.cleanup()
 
 
 def main() -> None:
-    """Wait for a result, and draw it."""
+    """Load what draws, wait for the end of the input, and draw the result that is there then."""
     import matplotlib.backends.backend_agg
     import matplotlib.collections
     import matplotlib.figure
@@ -61,11 +69,10 @@ def main() -> None:
 
     from contactfem.output.figures.all_figures import draw_all
 
-    try:
-        result, folder = pickle.load(sys.stdin.buffer)
-    except EOFError:
-        return
-    draw_all(result, folder)
+    sys.stdin.buffer.read()
+    job = Path(sys.argv[1])
+    if job.exists():
+        draw_all(*pickle.loads(job.read_bytes()))
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def draw(folder: Path, *, window: bool) -> list[Path]:
     if not has_pyvista():
         raise CaseError(f"pyvista, which draws this, is not installed: {HINT}")
     job = json.dumps({"folder": str(folder), "window": window})
-    words = [sys.executable, "-m", "contactfem.output.view.pictures", job]
+    words = [sys.executable, "-P", "-m", "contactfem.output.view.pictures", job]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]

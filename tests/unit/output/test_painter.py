@@ -53,3 +53,11 @@ def test_a_run_imports_only_what_it_needs(tmp_path):
         [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
     )
     assert NOT_FOR_A_RUN.isdisjoint(done.stderr.split())
+
+
+def test_a_process_that_died_is_made_up_for(make_run, tmp_path):
+    painter = Painter()
+    painter._process.kill()
+    painter._process.wait()
+    painter.draw(make_run(), tmp_path)
+    assert (tmp_path / "interface_sole.png").exists()
