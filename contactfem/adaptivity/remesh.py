@@ -221,7 +221,7 @@ def _history(
     normals = operators.normals.n
     if traction is not None:
         traction = interpolated(transfer.matrix, traction, history.normals, normals)
-    return ContactHistory(operators.D, operators.M, normals, pressure, traction)
+    return ContactHistory(operators.D, operators.M, normals, operators.x, pressure, traction)
 
 
 def _nearest(transfer: SurfaceTransfer, start: ActiveSet | None) -> ActiveSet | None:

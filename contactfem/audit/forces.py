@@ -30,6 +30,7 @@ class ContactForces:
         slip: Slip of each nonmortar node in the step [m], (n,).
         work: Work of friction there [J/m], (n,).
         give: Penetration that a compliant law allows at each nonmortar node [m], (n,).
+        floor: Force that round-off may leave [N/m].
     """
 
     name: str
@@ -42,6 +43,7 @@ class ContactForces:
     slip: Floats
     work: Floats
     give: Floats
+    floor: float = 0.0
 
     def on(self, body: str) -> tuple[Floats, float]:
         """Force on a body, and the sum of its nodal forces' sizes [N/m]."""
@@ -151,7 +153,7 @@ def _one_sided(c: ContactForces, axes: tuple[int, ...]) -> Iterator[Breach]:
     sizes = np.linalg.norm(c.force, axis=1)
     whole = float(sizes.sum())
     left = float(np.linalg.norm(c.force.sum(0)[_those(axes, c.x[0])]))
-    if left > SHARE * whole:
+    if left > SHARE * whole + c.floor:
         yield Breach(
             "action and reaction",
             f"the two sides of interface '{c.name}' feel forces that differ by {left:.3g} N/m",
@@ -163,7 +165,7 @@ def _one_sided(c: ContactForces, axes: tuple[int, ...]) -> Iterator[Breach]:
     arm = c.x - c.x[pressed].mean(0)
     moment = np.abs(_moments(arm, c.force).sum(0)).max()
     lever = float(np.linalg.norm(arm[pressed], axis=1).max())
-    if moment > MOMENT * whole * lever:
+    if moment > (MOMENT * whole + c.floor) * lever:
         yield Breach(
             "action and reaction",
             f"the two sides of interface '{c.name}' feel moments that differ by {moment:.3g} N",
@@ -198,7 +200,7 @@ def _pulling(c: ContactForces) -> Iterator[Breach]:
         return
     pulled = np.where(np.isfinite(c.bound), normal, 0.0)
     worst = int(np.argmin(pulled))
-    if pulled[worst] < -SHARE * np.linalg.norm(c.force[: len(normal)], axis=1).sum():
+    if pulled[worst] < -SHARE * np.linalg.norm(c.force[: len(normal)], axis=1).sum() - c.floor:
         yield Breach(
             "pressure",
             f"contact at '{c.name}' pulls with {-normal[worst]:.3g} N/m at {place(c.x[worst])}",
@@ -211,7 +213,7 @@ def _rubbing(c: ContactForces) -> Iterator[Breach]:
     normal, along = _normal_and_tangential(c)
     excess = along - c.bound
     scale = float(np.linalg.norm(c.force[: len(normal)], axis=1).sum())
-    if len(excess) and excess.max() > SHARE * scale:
+    if len(excess) and excess.max() > SHARE * scale + c.floor:
         worst = int(np.argmax(excess))
         yield Breach(
             "friction",

@@ -163,15 +163,17 @@ class ObstacleShape:
 
     Attributes:
         name: Name of the obstacle.
-        kind: Half-plane, disk (or the hollow of one), or a chain with its solid on the left.
-        points: A point of the plane and its outward normal; the centre; or the chain [m].
-        radius: Of a disk [m].
-        inside: Whether bodies are in the hollow of a disk.
+        kind: Half-plane or half-space, disk or ball (or the hollow of one), cylinder, or a chain
+            with its solid on the left.
+        points: A point of the plane and its outward normal; the centre; a point and the direction
+            of the axis; or the chain [m].
+        radius: Of a disk, ball or cylinder [m].
+        inside: Whether bodies are in its hollow.
         closed: Whether a chain is.
     """
 
     name: str
-    kind: Literal["plane", "circle", "polyline"]
+    kind: Literal["plane", "circle", "cylinder", "polyline"]
     points: Floats
     radius: float = 0.0
     inside: bool = False
@@ -181,8 +183,11 @@ class ObstacleShape:
         """How deep points lie in its solid [m], zero outside, (m,)."""
         if self.kind == "plane":
             return np.maximum(-(points - self.points[0]) @ self.points[1], 0.0)
-        if self.kind == "circle":
-            r = np.linalg.norm(points - self.points[0], axis=1)
+        if self.kind in ("circle", "cylinder"):
+            away = points - self.points[0]
+            if self.kind == "cylinder":
+                away = away - np.outer(away @ self.points[1], self.points[1])
+            r = np.linalg.norm(away, axis=1)
             return np.maximum(r - self.radius if self.inside else self.radius - r, 0.0)
         return self._behind_chain(points)
 

@@ -86,7 +86,7 @@ BodyForce = Annotated[dict[Axis, VolumeForceField], ByAxis()]
 PlateForce = Annotated[dict[Axis, LineForceTable], ByAxis()]
 
 
-def unit_vector(vector: tuple[float, float]) -> tuple[float, float]:
+def unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
     """Vector of length one.
 
     Raises:
@@ -95,4 +95,4 @@ def unit_vector(vector: tuple[float, float]) -> tuple[float, float]:
     length = math.hypot(*vector)
     if not length > 0:
         raise ValueError("must not be zero")
-    return vector[0] / length, vector[1] / length
+    return tuple(component / length for component in vector)

@@ -11,7 +11,6 @@ from contactfem.laws.complementarity import contact_scale
 from contactfem.meshes.data import Surface
 
 PENALTY = 10.0  # default penalty over the stiffness of the facets that touch
-SEARCH_SHARE = 0.25  # of the nonmortar surface's extent is searched, unless the case says more
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,6 @@ class ContactParameters:
         c_t: Factor on c in the trial traction [-].
         normal_compliance: 1/ε_N [m/Pa], (n,); zero for exact contact.
         tangential_compliance: 1/c_T [m/Pa], (n,); zero for exact friction.
-        search_radius: How far apart the surfaces look for each other [m].
     """
 
     c: Floats
@@ -32,7 +30,6 @@ class ContactParameters:
     c_t: float
     normal_compliance: Floats
     tangential_compliance: Floats
-    search_radius: float
 
 
 def constants(
@@ -57,21 +54,7 @@ def constants(
     normal, tangential = compliances(interface, c)
     friction, factor = interface.friction, interface.normal.c_factor
     c_t = factor * (friction.c_factor if friction else 1.0)
-    return ContactParameters(
-        c, factor, c_t, normal, tangential, search_radius(interface, nonmortar)
-    )
-
-
-def search_radius(interface: Interface, nonmortar: Surface) -> float:
-    """How far apart the surfaces of an interface look for each other [m].
-
-    Args:
-        interface: The interface of the case.
-        nonmortar: Its nonmortar surface.
-    """
-    extent = float(np.linalg.norm(np.ptp(nonmortar.X, axis=0)))
-    largest = float(facet_sizes(nonmortar.X, nonmortar.facets).max())
-    return interface.search_radius or max(SEARCH_SHARE * extent, 2.0 * largest)
+    return ContactParameters(c, factor, c_t, normal, tangential)
 
 
 def compliances(interface: Interface, c: Floats) -> tuple[Floats, Floats]:

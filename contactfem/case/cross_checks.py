@@ -11,6 +11,7 @@ from contactfem.case.conflicting_conditions import contradictions
 from contactfem.case.element_choice import SIMPLICES
 from contactfem.case.heat_checks import broken_heat
 from contactfem.case.material_library import LIBRARY
+from contactfem.case.obstacles import Plane
 from contactfem.case.scene import IN_VOLUME
 from contactfem.common.text import nearest
 from contactfem.meshes import MeshFile
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from contactfem.case.schema import Case
 
 
+SHAPES = {2: ("plane", "circle", "polyline"), 3: ("plane", "sphere", "cylinder", "surface")}
 NEAR = 1e-6  # relative to the body's size
 
 
@@ -34,6 +36,7 @@ def broken_links(case: Case) -> list[str]:
     """
     lines = [
         *_bodies(case),
+        *_obstacles(case),
         *_interfaces(case),
         *_conditions(case),
         *_probes(case),
@@ -98,14 +101,27 @@ def _element(case: Case, name: str) -> Iterator[str]:
 
 def _in_space(case: Case) -> Iterator[str]:
     """What contact in 3D cannot do yet."""
-    for name, sides in case.interfaces.items():
-        key = f"interfaces.{name}"
-        if sides.mortar in case.obstacles:
-            yield f"{key}.mortar = {sides.mortar}: obstacles are plane figures; mesh it as a body"
+    for name in case.interfaces:
         if name in case.closed_form:
             yield f"closed_form.{name}: there are no closed forms of interfaces in 3D yet"
     if case.interfaces and case.heat is not None:
         yield "heat: does not pass through interfaces in 3D yet"
+
+
+def _obstacles(case: Case) -> Iterator[str]:
+    """Check that obstacles fit the dimension of the case."""
+    allowed = SHAPES[case.axes]
+    for name, obstacle in case.obstacles.items():
+        key = f"obstacles.{name}"
+        if obstacle.shape not in allowed:
+            known = ", ".join(allowed)
+            yield f"{key}.shape = {obstacle.shape}: dimension = {case.dimension} has {known}"
+        for axis in sorted(obstacle.displacement.keys() - set(AXES[: case.axes])):
+            yield f"{key}.displacement.{axis}: there is no {axis} in {case.dimension}"
+        if isinstance(obstacle, Plane):
+            for part in ("point", "normal"):
+                if len(getattr(obstacle, part)) != case.axes:
+                    yield f"{key}.{part}: must have {case.axes} coordinates"
 
 
 def _interfaces(case: Case) -> Iterator[str]:

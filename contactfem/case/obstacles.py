@@ -1,15 +1,20 @@
 """Rigid obstacles of a case file."""
 
 import itertools
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from contactfem.case.base import Displacement, Finite, Flag, Model, unit_vector
-from contactfem.common.time_table import constant
+from contactfem.case.base import AXES, Displacement, Finite, Flag, Model, unit_vector
+from contactfem.common.time_table import Table, constant
 from contactfem.common.typing import Floats
 from contactfem.common.units import Length, TemperatureTable
+
+Position = Annotated[tuple[Length, ...], Field(min_length=2, max_length=3)]
+Direction = Annotated[tuple[Finite, ...], Field(min_length=2, max_length=3)]
+Place = tuple[Length, Length, Length]
 
 
 def _at_rest() -> Displacement:
@@ -34,21 +39,23 @@ class RigidObstacle(Model):
     @field_validator("displacement")
     @classmethod
     def _both(cls, value: Displacement) -> Displacement:
-        if "z" in value:
-            raise ValueError("an obstacle moves in x and y")
         return _at_rest() | value
+
+    def motion(self, axes: int) -> tuple[Table, ...]:
+        """Its displacement over time [m], one table per axis."""
+        return tuple(self.displacement.get(axis, constant(0.0)) for axis in AXES[:axes])
 
 
 class Plane(RigidObstacle):
-    """Half-plane."""
+    """Half-plane, or half-space."""
 
-    shape: Literal["plane"] = Field(description="half-plane")
-    point: tuple[Length, Length] = Field(description="any point on the plane")
-    normal: tuple[Finite, Finite] = Field(description="points out of the obstacle's solid")
+    shape: Literal["plane"] = Field(description="half-plane, or half-space")
+    point: Position = Field(description="any point on the plane")
+    normal: Direction = Field(description="points out of the obstacle's solid")
 
     @field_validator("normal")
     @classmethod
-    def _unit(cls, value: tuple[float, float]) -> tuple[float, float]:
+    def _unit(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         return unit_vector(value)
 
 
@@ -86,4 +93,60 @@ class Polyline(RigidObstacle):
         return np.array(self.points + self.points[: int(self.closed)])
 
 
-Obstacle = Annotated[Plane | Circle | Polyline, Field(discriminator="shape")]
+class Sphere(RigidObstacle):
+    """Ball, or a round hollow."""
+
+    shape: Literal["sphere"] = Field(description="sphere")
+    center: Place = Field(description="centre")
+    radius: Annotated[Length, Field(gt=0)] = Field(description="radius")
+    inside: Flag = Field(
+        default=False,
+        description="true: the body touches the sphere from inside, the solid is outside",
+    )
+
+
+class RigidCylinder(RigidObstacle):
+    """Long cylinder, or a bore."""
+
+    shape: Literal["cylinder"] = Field(description="cylinder without ends")
+    point: Place = Field(description="any point on its axis")
+    axis: tuple[Finite, Finite, Finite] = Field(description="direction of its axis")
+    radius: Annotated[Length, Field(gt=0)] = Field(description="radius")
+    inside: Flag = Field(
+        default=False,
+        description="true: the body touches the cylinder from inside, the solid is outside",
+    )
+
+    @field_validator("axis")
+    @classmethod
+    def _unit(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        return unit_vector(value)
+
+
+class RigidSurface(RigidObstacle):
+    """Surface of triangles from a file."""
+
+    shape: Literal["surface"] = Field(description="surface of triangles from a file")
+    file: Path = Field(
+        description="STL, or what meshio reads; triangles counter-clockwise seen from outside"
+    )
+    unit: Length = Field(gt=0, description="length unit of the coordinates", examples=["mm"])
+
+    @field_validator("unit", mode="before")
+    @classmethod
+    def _one(cls, value: object) -> object:
+        return f"1 {value}" if isinstance(value, str) and value[:1].isalpha() else value
+
+    @field_validator("file")
+    @classmethod
+    def _found(cls, value: Path, info: ValidationInfo) -> Path:
+        path = Path((info.context or {}).get("folder", "")) / value
+        if not path.is_file():
+            raise ValueError(f"there is no file '{path}'")
+        return path
+
+
+Obstacle = Annotated[
+    Plane | Circle | Polyline | Sphere | RigidCylinder | RigidSurface,
+    Field(discriminator="shape"),
+]

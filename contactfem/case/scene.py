@@ -157,8 +157,8 @@ class Interface(Model):
     mortar: str = Field(description='opposite surface "body.surface", or the name of an obstacle')
     search_radius: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,
-        description="distance within which the surfaces look for each other; by default a "
-        "quarter of the nonmortar surface's extent, and at least two facets",
+        description="distance within which the surfaces look for each other; by default any "
+        "gap, and overlaps as deep as the bodies are thick",
     )
     multiplier: Literal["dual", "standard"] = Field(
         default="dual",

@@ -11,8 +11,8 @@ from contactfem.case.scene import Interface, Material
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
-from contactfem.check.initial_gaps import obstacle_gap, surface_gap
-from contactfem.check.interface_summary import gap_in_space, interface_facts
+from contactfem.check.initial_gaps import nearest_place, obstacle_gap
+from contactfem.check.interface_summary import gap_in_space, interface_facts, outlines_of
 from contactfem.check.plausibility import large_loads, pieces
 from contactfem.check.resolved_values import listing
 from contactfem.common.text import nearest, one_line
@@ -255,26 +255,33 @@ def _interfaces(case: Case, lines: Outlines) -> Iterator[tuple[str, str]]:
         body, _, surface = sides.nonmortar.partition(".")
         line = lines[body][surface]
         gap: float | None
+        place: Floats | None = None
         if case.axes == 3:
             gap = gap_in_space(case, sides)
         elif sides.mortar in case.obstacles:
             gap = obstacle_gap(line, case.obstacles[sides.mortar])
         else:
             other, _, face = sides.mortar.partition(".")
-            gap = surface_gap(line, lines[other][face])
+            around = outlines_of(case, sides)
+            gap, place = nearest_place(line, lines[other][face], around) or (None, None)
         low, high = _extent({surface: line})
         size = float(np.linalg.norm(high - low))
-        yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {_gap(gap, size)}"
+        words = _gap(gap, size, place)
+        yield name, f"{sides.nonmortar} (nonmortar) on {sides.mortar} (mortar): {words}"
         for text in interface_facts(case, sides):
             yield "", text
 
 
-def _gap(gap: float | None, size: float) -> str:
+def _gap(gap: float | None, size: float, place: Floats | None) -> str:
+    """Words for a gap, with the place of an overlap: contact drives that apart."""
     if gap is None:
-        return "WARNING: the surfaces nowhere face each other"
+        return "WARNING: the surfaces nowhere face each other, so nothing touches"
     if abs(gap) <= TOUCHING * size:
         return "touching"
-    return f"{'gap' if gap > 0 else 'overlap'} {engineering(abs(gap), 'm')}"
+    words = f"{'gap' if gap > 0 else 'overlap'} {engineering(abs(gap), 'm')}"
+    if gap > 0 or place is None:
+        return words
+    return f"{words} at ({', '.join(f'{x:.4g}' for x in place)}) m, which contact pushes apart"
 
 
 def _values(case: Case) -> Iterator[tuple[str, str, bool]]:

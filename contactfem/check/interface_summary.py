@@ -8,10 +8,17 @@ import numpy.typing as npt
 from contactfem.case.contact_parameters import constants
 from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
+from contactfem.case.search_distances import (
+    obstacle_thickness,
+    outline_of,
+    search_distances,
+    side_thickness,
+)
 from contactfem.check.facet_matching import match
-from contactfem.check.spatial_gap import spatial_gap
+from contactfem.check.spatial_gap import gap_to_obstacle, spatial_gap
 from contactfem.common.text import one_line
-from contactfem.common.unit_display import scale_for
+from contactfem.common.typing import Floats
+from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import facet_sizes
 from contactfem.meshes.data import Surface
@@ -44,6 +51,8 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
         if interface.friction:
             parts.append(f"c_T = {_stiffness(1.0 / found.tangential_compliance)}")
         yield f"penalty: {', '.join(parts)}"
+    if case.axes == 2:
+        yield _search(case, interface, nonmortar, mortar)
     if mortar is not None and case.axes == 2:
         yield from _hints(interface, nonmortar, mortar)
     if mortar is not None and case.axes == 3:
@@ -51,7 +60,7 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
 
 
 def gap_in_space(case: Case, interface: Interface) -> float | None:
-    """Smallest gap between two bodies in space; builds their meshes.
+    """Smallest gap between two sides in space; builds meshes of bodies.
 
     Args:
         case: The case.
@@ -60,7 +69,10 @@ def gap_in_space(case: Case, interface: Interface) -> float | None:
     Returns:
         The gap, negative where the bodies overlap [m]; None if they nowhere face each other.
     """
-    return spatial_gap(_side(case, interface.nonmortar)[0], _side(case, interface.mortar)[0])
+    surface = _side(case, interface.nonmortar)[0]
+    if (obstacle := case.obstacles.get(interface.mortar)) is not None:
+        return gap_to_obstacle(surface, obstacle)
+    return spatial_gap(surface, _side(case, interface.mortar)[0])
 
 
 def _hints_in_space(interface: Interface, nonmortar: Surface, mortar: Surface) -> Iterator[str]:
@@ -71,6 +83,31 @@ def _hints_in_space(interface: Interface, nonmortar: Surface, mortar: Surface) -
             f"HINT: mortar facets are {h_mortar / h:.2g} times as large as nonmortar ones, and "
             f"pressure peaks at their corners; better with {interface.mortar} as nonmortar"
         )
+
+
+def outlines_of(case: Case, interface: Interface) -> tuple[Floats, Floats]:
+    """Ends of the facets around the two bodies of an interface [m], (b, 2, 2) each."""
+    first, second = (
+        outline_of(case.bodies[side.partition(".")[0]].mesh.build())
+        for side in (interface.nonmortar, interface.mortar)
+    )
+    return first, second
+
+
+def _search(case: Case, interface: Interface, nonmortar: Surface, mortar: Surface | None) -> str:
+    """How far the sides look for each other."""
+    if interface.search_radius is not None:
+        return f"search: gaps and overlaps up to {engineering(interface.search_radius, 'm')}"
+    body, second = (side.partition(".")[0] for side in (interface.nonmortar, interface.mortar))
+    own = outline_of(case.bodies[body].mesh.build())
+    other = None
+    if mortar is None:
+        other = obstacle_thickness(case.obstacles[interface.mortar])
+    elif second != body:
+        other = side_thickness(mortar, outline_of(case.bodies[second].mesh.build()))
+    deepest = search_distances(interface, nonmortar, own, other)[1].max()
+    depth = f"up to {engineering(float(deepest), 'm')}" if np.isfinite(deepest) else "of any depth"
+    return f"search: gaps of any width, overlaps {depth}"
 
 
 def _side(case: Case, on: str) -> tuple[Surface, float]:

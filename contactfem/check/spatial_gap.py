@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from contactfem.case.obstacles import Obstacle, Plane, RigidCylinder, RigidSurface, Sphere
 from contactfem.common.typing import Floats, Ints
 from contactfem.geometry.facets import around
 from contactfem.meshes.data import Surface
+from contactfem.meshes.triangles import read_triangles
 
 CANDIDATES = 16  # facets whose middles are nearest to a point, that are looked at
 
@@ -24,6 +26,35 @@ def spatial_gap(nonmortar: Surface, mortar: Surface) -> float | None:
     """
     found = np.concatenate((_gaps(nonmortar, mortar), _gaps(mortar, nonmortar)))
     return float(found.min()) if len(found) else None
+
+
+def gap_to_obstacle(nonmortar: Surface, obstacle: Obstacle) -> float | None:
+    """Smallest gap to a rigid obstacle, negative where the body reaches into it [m].
+
+    Args:
+        nonmortar: The nonmortar surface.
+        obstacle: The obstacle at rest.
+
+    Returns:
+        The gap [m]; None if a surface from a file nowhere faces the body.
+    """
+    if isinstance(obstacle, RigidSurface):
+        points, triangles = read_triangles(obstacle.file)
+        used, facets = np.unique(triangles, return_inverse=True)
+        shape = Surface(used, facets.reshape(triangles.shape), points[used] * obstacle.unit)
+        return spatial_gap(nonmortar, shape)
+    points = np.concatenate((nonmortar.X, nonmortar.X[nonmortar.facets].mean(axis=1)))
+    if isinstance(obstacle, Plane):
+        return float(np.min((points - obstacle.point) @ np.array(obstacle.normal)))
+    if isinstance(obstacle, RigidCylinder):
+        axis = np.array(obstacle.axis)
+        away = points - obstacle.point
+        r = np.linalg.norm(away - np.outer(away @ axis, axis), axis=1)
+    else:
+        assert isinstance(obstacle, Sphere)
+        r = np.linalg.norm(points - obstacle.center, axis=1)
+    distance = r - obstacle.radius
+    return float(np.min(-distance if obstacle.inside else distance))
 
 
 def _gaps(surface: Surface, other: Surface) -> Floats:

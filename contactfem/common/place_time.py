@@ -34,7 +34,7 @@ class Profile:
 
     def __call__(self, x: Floats, t: float) -> Floats:
         """Values at places (dim, n) and a time [s], (n,)."""
-        return np.interp(x[self.axis], self.places, self.values) * self.factor(t)
+        return np.asarray(np.interp(x[self.axis], self.places, self.values) * self.factor(t))
 
 
 @dataclass(frozen=True)

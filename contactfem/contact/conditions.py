@@ -31,6 +31,7 @@ from contactfem.laws.friction import FrictionLaw, SlipState, frictionless
 from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.mortar_operators import MortarOperators
+from contactfem.mortar.search_range import SearchRange
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class ContactLaw:
         c_n: Factor on c in the trial pressure [-].
         c_t: Factor on c in the trial traction [-].
         stiffness: Softer Young's modulus of the two sides [Pa].
-        search_radius: How far apart the surfaces look for each other [m].
+        reach: How far apart the surfaces look for each other.
         normal_compliance: 1/ε_N of a penalty (13) [m/Pa], (n_nonmortar,); zero for exact contact.
         tangential_compliance: 1/c_T of regularised friction [m/Pa], likewise.
         augmented: Whether estimates of pressure and traction take the compliance's place.
@@ -57,7 +58,7 @@ class ContactLaw:
     c_n: float
     c_t: float
     stiffness: float
-    search_radius: float
+    reach: SearchRange
     normal_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     tangential_compliance: Floats = field(default_factory=lambda: np.zeros(1))
     augmented: bool = False
@@ -101,7 +102,7 @@ class Contact:
 
     def operators(self, x: Floats) -> MortarOperators:
         """Search, cut and integrate at the positions x [m], (n_nodes, dim); collective."""
-        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.search_radius)
+        return operators_at(self.comm, self.mesh, x, self.my_facets, self.law.reach)
 
     def state(
         self,
@@ -244,12 +245,21 @@ class Contact:
         """
         if not self.law.augmented:
             return None
-        gap = np.where(c.active, np.abs(c.gap), 0.0)
-        slip = np.where(c.status == Status.STICK, lengths(c.slip), 0.0)
+        # what the compliance still lets through; edge nodes keep the gap and slip of their ties
+        estimate = np.zeros_like(c.multiplier.pressure)
+        if c.history.pressure is not None:
+            estimate = c.history.pressure
+        change = np.abs(c.multiplier.pressure - estimate)
+        gap = np.where(c.active, self.law.normal_compliance * change, 0.0)
+        slip = np.where(c.status == Status.STICK, lengths(c.slip - c.plastic_slip), 0.0)
         if not ((gap > tolerance) | (slip > tolerance)).any():
             return None
         traction = transported(c.multiplier.traction, c.operators.normals.n, c.history.normals)
-        return replace(c.history, pressure=c.multiplier.pressure, traction=traction)
+        before = c.history.before
+        if before is None:  # the traction is that of the start until it becomes an estimate
+            start = c.history.traction
+            before = np.zeros_like(traction) if start is None else start
+        return replace(c.history, pressure=c.multiplier.pressure, traction=traction, before=before)
 
     def _regularised(
         self,
@@ -270,7 +280,10 @@ class Contact:
         past, target = np.zeros_like(t), edge.traction_target(t)
         if history.traction is not None:
             past = transported(history.traction, history.normals, operators.normals.n)
-            target = target + past - edge.traction_target(past)
+        start = history.traction if history.before is None else history.before
+        if start is not None:
+            start = transported(start, history.normals, operators.normals.n)
+            target = target + start - edge.traction_target(start)
         return _Regularised(
             normal=(
                 Regularisation(law.normal_compliance, estimate),

@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.state import ContactState
+from contactfem.mortar.mortar_operators import LineOperators
 
 COVERED = 0.5  # covered share of a node's facets below which its pressure is that of its multiplier
 
@@ -32,12 +33,13 @@ def continuous_pressure(c: ContactState, comm: MPI.Comm) -> Floats:
         Pressure at the nonmortar nodes, zero where open [Pa], (n_nonmortar,).
     """
     mesh, mean = c.operators.mesh, contact_pressure(c)
-    if mesh.basis == "standard" or mesh.dim != 2:
+    operators = c.operators
+    if mesh.basis == "standard" or not isinstance(operators, LineOperators):
         return mean
     active, carries = c.active, mesh.has_multiplier
     if not active.any():
         return mean
-    mass, n = _mass(c, comm), mesh.n_nonmortar
+    mass, n = _mass(operators, comm), mesh.n_nonmortar
     trial, test = _extended(c, slope=True), _extended(c, slope=False)
     matrix, right = sp.csr_matrix(test.T @ mass @ trial), c.operators.D * mean
     lumped = ~active | (c.operators.coverage < COVERED) | _beside_open(c)
@@ -47,9 +49,9 @@ def continuous_pressure(c: ContactState, comm: MPI.Comm) -> Floats:
     return np.asarray(np.maximum(trial @ np.reshape(values, n), 0.0))
 
 
-def _mass(c: ContactState, comm: MPI.Comm) -> sp.csr_matrix:
+def _mass(operators: LineOperators, comm: MPI.Comm) -> sp.csr_matrix:
     """∫ N_j N_k da over the covered part of the nonmortar surface [m], (n, n); collective."""
-    mesh, segments = c.operators.mesh, c.operators.segments
+    mesh, segments = operators.mesh, operators.segments
     facets = segments.facets[:, 0]
     sums: Floats = np.zeros((len(mesh.nonmortar), 3))
     np.add.at(sums, facets, segments.integrals[:, :3])

@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contactfem.common.typing import Bools, Floats, Ints
-from contactfem.contact.slip import Motion
-from contactfem.laws.active_set import ActiveSet
+from contactfem.contact.slip import Motion, tangential
+from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.laws.friction import FrictionBound
 from contactfem.mortar.mortar_operators import MortarOperators
 
@@ -24,9 +24,11 @@ class ContactHistory:
         D: D⁰_jj at its start, (n,).
         M: M⁰_jl at its start, (n, n_nodes).
         normals: Unit normals at its start, that the traction is tangential to, (n, dim).
+        x: Positions of the nodes of both sides at its start [m], (n_nodes, dim).
         pressure: Estimate p̂ of an augmented law [Pa], (n,); None without.
         traction: Traction, or its estimate t̂, that a regularised law starts from [Pa], (n, dim);
             None for zero.
+        before: Traction at its start where `traction` is an estimate [Pa], (n, dim); else None.
         dt: Length of the step, for the slip speed [s].
         temperature: Of the nonmortar side, for friction that depends on it [K], one value or (n,).
         offset: By how much the surfaces stand farther out than their meshes at the end of the step
@@ -36,8 +38,10 @@ class ContactHistory:
     D: Floats
     M: sp.csr_matrix
     normals: Floats
+    x: Floats
     pressure: Floats | None = None
     traction: Floats | None = None
+    before: Floats | None = None
     dt: float = 1.0
     temperature: Floats | float = 0.0
     offset: float = 0.0
@@ -45,7 +49,7 @@ class ContactHistory:
     @staticmethod
     def at(operators: MortarOperators) -> "ContactHistory":
         """That of a step which starts from some positions, without tractions."""
-        return ContactHistory(operators.D, operators.M, operators.normals.n)
+        return ContactHistory(operators.D, operators.M, operators.normals.n, operators.x)
 
 
 @dataclass(frozen=True)
@@ -187,9 +191,33 @@ class ContactState:
 
     @property
     def dissipation(self) -> Floats:
-        """Frictional work of the step, D⁰_jj t_j·s_j, with the traction of the equations, (n,)."""
-        along = np.einsum("ji,ji->j", self.multiplier.traction, self.plastic_slip)
-        return np.asarray(self.history.D * along)
+        """Frictional work of the step, D_jj t_j·v_j, with the traction of the equations, (n,).
+
+        v is the motion that friction works on, `rubbed`.
+        """
+        along = np.einsum("ji,ji->j", self.multiplier.traction, self.rubbed)
+        return np.asarray(self.operators.D * along)
+
+    @cached_property
+    def rubbed(self) -> Floats:
+        """Motion of both sides in the step that friction works on [m], (n, dim).
+
+        v_j = (1 - n nᵀ) (Δx_j - Σ_l M_jl Δx_l / D_jj) less its elastic part: force times v is what
+        both sides lose, also where a node was not covered when the step began. It is the slip from
+        the other end of the step; where it points against the traction, by a turn within the step,
+        slip stands for it. Nodes that stick dissipate nothing.
+        """
+        op, covered = self.operators, self.operators.D > 0.0
+        D = np.where(covered, op.D, 1.0)[:, None]
+        moved = op.x - self.history.x
+        across = moved[: len(D)] - op.M @ moved / D
+        elastic = self.motion.slip - self.plastic_slip
+        path = tangential(across, op.normals.n) - elastic
+        slip = self.plastic_slip * self.history.D[:, None] / D
+        forward = np.einsum("ji,ji->j", self.multiplier.traction, path) >= 0.0
+        rubs = self.active_set.direction.any(axis=1)  # without friction slip has no direction
+        slides = self.active & (self.status == Status.SLIP) & covered & rubs
+        return np.where(slides[:, None], np.where(forward[:, None], path, slip), 0.0)
 
     def nodal_forces(self) -> Floats:
         """Forces on the nodes, Gᵀλ = (D_jj λ_j, -Σ_j M_jl λ_j), (n_nodes, dim)."""
@@ -201,4 +229,4 @@ class ContactState:
         """What the next step starts from."""
         op = self.operators
         pressure, traction = self.multiplier.pressure, self.multiplier.traction
-        return ContactHistory(op.D, op.M, op.normals.n, pressure, traction)
+        return ContactHistory(op.D, op.M, op.normals.n, op.x, pressure, traction)

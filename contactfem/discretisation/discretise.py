@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from mpi4py import MPI
 
 from contactfem.case.base import AXES
-from contactfem.case.contact_parameters import search_radius
 from contactfem.case.schema import Case
 from contactfem.common.time_table import constant
 from contactfem.common.timers import Timers
@@ -169,5 +168,5 @@ def _heat(
             face = meshes[body].surface(surface)
             rigid = interface.mortar in case.obstacles
             obstacle = rigid_side(case, interface.mortar, face.X) if rigid else None
-            sides[name] = obstacle, search_radius(interface, face), free.get(name)
+            sides[name] = obstacle, free.get(name)
         return discretise_heat(case, bodies, thermal, sides, comm, timers, known)

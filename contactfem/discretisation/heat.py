@@ -14,6 +14,7 @@ from contactfem.common.time_table import Table
 from contactfem.common.timers import Timers
 from contactfem.common.typing import Bools, Floats
 from contactfem.discretisation.given_data import given
+from contactfem.discretisation.search import search_range
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.body import HeatBody, HeatLaw, HeatLoad
 from contactfem.heat.interface import HeatInterface, HeatInterfaceLaw
@@ -34,7 +35,7 @@ def discretise_heat(
     case: Case,
     bodies: Mapping[str, BodyProblem],
     meshes: Mapping[str, BodyMesh],
-    sides: Mapping[str, tuple[RigidSide | None, float, Bools | None]],
+    sides: Mapping[str, tuple[RigidSide | None, Bools | None]],
     comm: MPI.Comm,
     timers: Timers,
     before: Thermal | None = None,
@@ -45,8 +46,8 @@ def discretise_heat(
         case: The case, with heat.
         bodies: Its mechanical problems.
         meshes: Thermal meshes of the bodies.
-        sides: Of every interface the obstacle, if its mortar side is one, the search radius [m],
-            and which components of its mechanical nodes contact may move, if there is mechanics.
+        sides: Of every interface the obstacle, if its mortar side is one, and
+            which components of its mechanical nodes contact may move, if there is mechanics.
         comm: All ranks.
         timers: Where time is booked.
         before: A heat side, of which bodies are taken whose mesh is the same.
@@ -134,11 +135,11 @@ def _interface(
     meshes: Mapping[str, BodyMesh],
     heat: list[HeatBody],
     system: HeatSystem,
-    side: tuple[RigidSide | None, float, Bools | None],
+    side: tuple[RigidSide | None, Bools | None],
 ) -> InterfaceLink:
     """Heat side of an interface, with the ways between its mechanical and thermal surfaces."""
     interface = case.interfaces[name]
-    obstacle, radius, free = side
+    obstacle, free = side
     index = {body: k for k, body in enumerate(bodies)}
     owner, _, surface = interface.nonmortar.partition(".")
     nonmortar = BodySide(index[owner], meshes[owner].surface(surface))
@@ -161,7 +162,7 @@ def _interface(
     law = HeatInterfaceLaw(
         conductance_law(case, interface.heat),
         interface.heat.partition,
-        radius,
+        search_range(case, name, meshes, system.comm),
         temperature,
         coefficient=given(case, h) if h is not None and varies(interface.heat) else None,
         by_pressure=interface.heat.law not in ("insulated", "constant", "gas"),

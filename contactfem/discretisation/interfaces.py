@@ -8,17 +8,26 @@ import numpy as np
 
 from contactfem.case.contact_parameters import constants
 from contactfem.case.law_factory import friction_law
-from contactfem.case.obstacles import Plane, Polyline
+from contactfem.case.obstacles import Plane, Polyline, RigidCylinder, RigidSurface, Sphere
 from contactfem.case.schema import Case
 from contactfem.common.typing import Bools, Floats
 from contactfem.contact.conditions import Contact, ContactLaw
+from contactfem.discretisation.search import search_range
 from contactfem.errors import CaseError
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.interface_nodes import InterfaceNodes
+from contactfem.meshes.triangles import read_triangles
 from contactfem.mortar.crosspoints import Side
+from contactfem.mortar.rigid_surfaces import (
+    cylinder_side,
+    spatial_plane,
+    sphere_side,
+    triangulated_side,
+)
 from contactfem.mortar.sides import BodySide, RigidSide, circle_side, plane_side, polyline_side
 
+CYLINDER_FACETS = 256  # at least; an error of the radius of 5e-5
 TIED = 0.2  # initial gap over facet size up to which tied surfaces are near enough
 CIRCLE_FACETS = 1024  # at least; an error of the radius of 3e-6
 
@@ -77,7 +86,7 @@ def contact_of_interface(
         c_n=found.c_n,
         c_t=found.c_t,
         stiffness=min(E_nonmortar, E_mortar),
-        search_radius=found.search_radius,
+        reach=search_range(case, name, meshes, system.comm),
         normal_compliance=found.normal_compliance,
         tangential_compliance=found.tangential_compliance,
         augmented=interface.normal.law == "augmented",
@@ -112,16 +121,41 @@ def _adjusted(case: Case, name: str, contact: Contact, nodes: InterfaceNodes) ->
 def rigid_side(case: Case, name: str, X: Floats) -> RigidSide:
     """Rigid side as facets, large and fine enough for the surface with the nodes X [m]."""
     obstacle = case.obstacles[name]
-    motion = (obstacle.displacement["x"], obstacle.displacement["y"])
+    motion = obstacle.motion(case.axes)
+    extent = 10.0 * float(np.linalg.norm(np.ptp(X, axis=0))) + 2.0 * _travel(case)
     if isinstance(obstacle, Plane):
         point, normal = np.array(obstacle.point), np.array(obstacle.normal)
         centre = X.mean(0) - normal * (normal @ (X.mean(0) - point))
-        tables = [t for c in case.conditions for t in c.components().values()] + list(motion)
-        travel = max((abs(v) for table in tables for v in table.values), default=0.0)
-        extent = 10 * float(np.hypot(*np.ptp(X, axis=0))) + 2 * travel
-        return plane_side(centre.tolist(), obstacle.normal, extent, motion)
+        plane = plane_side if case.axes == 2 else spatial_plane
+        return plane(centre.tolist(), obstacle.normal, extent, motion)
     if isinstance(obstacle, Polyline):
         return polyline_side(np.array(obstacle.points), obstacle.closed, motion)
+    if isinstance(obstacle, RigidSurface):
+        points, triangles = read_triangles(obstacle.file)
+        return triangulated_side(points * obstacle.unit, triangles, motion)
+    if isinstance(obstacle, Sphere):
+        margin = 0.05 * extent + 2.0 * _travel(case)
+        near = np.array((X.min(axis=0) - margin, X.max(axis=0) + margin))
+        return sphere_side(
+            obstacle.center, obstacle.radius, obstacle.inside, _spacing(X), near, motion
+        )
+    if isinstance(obstacle, RigidCylinder):
+        facets = max(CYLINDER_FACETS, int(2.0 * np.pi * obstacle.radius / _spacing(X)))
+        return cylinder_side(
+            obstacle.point, obstacle.axis, obstacle.radius, obstacle.inside, facets, extent, motion
+        )
     size = np.hypot(*np.diff(X, axis=0).T)
     facets = max(CIRCLE_FACETS, int(4 * np.pi * obstacle.radius / size.mean()))
     return circle_side(obstacle.center, obstacle.radius, obstacle.inside, facets, motion)
+
+
+def _travel(case: Case) -> float:
+    """Length that all prescribed motions of a case together cannot exceed [m]."""
+    tables = [table for c in case.conditions for table in c.components().values()]
+    tables += [table for o in case.obstacles.values() for table in o.motion(case.axes)]
+    return float(sum(max(map(abs, table.values), default=0.0) for table in tables))
+
+
+def _spacing(X: Floats) -> float:
+    """About the distance of neighbouring points of a surface in space [m]."""
+    return float(np.linalg.norm(np.ptp(X, axis=0)) / np.sqrt(len(X)))

@@ -17,7 +17,8 @@ from contactfem.mortar.quadrature import (
     integration_points,
     logarithmic_mean,
 )
-from contactfem.mortar.segments import cut, find_pairs
+from contactfem.mortar.search_range import SearchRange
+from contactfem.mortar.segments import find_segments
 from contactfem.results.data import SurfaceHeat
 
 
@@ -64,7 +65,7 @@ class HeatInterfaceLaw:
     Attributes:
         conductance: h of pressure and gap; None where no heat passes.
         partition: Share of the frictional heat that enters the nonmortar side [-].
-        search_radius: How far apart the surfaces look for each other [m].
+        reach: How far apart the surfaces look for each other.
         obstacle: Temperature of a rigid mortar side over time [K]; None if it conducts nothing.
         coefficient: That conductance is multiplied with, over time or over time and reference place
             of the nonmortar side; None for 1.
@@ -73,7 +74,7 @@ class HeatInterfaceLaw:
 
     conductance: ConductanceLaw | None
     partition: float
-    search_radius: float
+    reach: SearchRange
     obstacle: Table | None = None
     coefficient: Table | Varying | None = None
     by_pressure: bool = False
@@ -132,8 +133,7 @@ class HeatInterface:
         """
         mesh = self.nodes.mesh
         normals = nodal_normals(mesh, x)
-        pairs = find_pairs(mesh, x, normals.n, self._facets, self.law.search_radius)
-        segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+        segments = find_segments(mesh, x, normals.n, self._facets, self.law.reach)
         points = integration_points(mesh, x, normals, segments)
         h = self._conductance(points, pressure, t)
         d = points.values(dissipation)

@@ -12,12 +12,12 @@
 extern "C" {
 #endif
 
-/* Candidate pairs: facets that face each other and whose boxes, the nonmortar one swept by +-radius
- * along its normals, meet. Writes at most `capacity` pairs (nonmortar facet, mortar facet), ordered by
+/* Candidate pairs: facets that face each other, the mortar one in a box that meets what the nonmortar
+ * one sweeps along its normals, by `ahead` to the front and behind[e] to the back. Writes at most `capacity` pairs (nonmortar facet, mortar facet), ordered by
  * nonmortar facet, then mortar facet; returns how many there are (call again if more than capacity). */
 int64_t cf_pairs(const double *x, const double *normals, int64_t n_nonmortar, const int64_t *nonmortar,
-                 int64_t n_mortar, const int64_t *mortar, double radius, int64_t capacity,
-                 int64_t *pairs);
+                 int64_t n_mortar, const int64_t *mortar, double ahead, const double *behind,
+                 int64_t capacity, int64_t *pairs);
 
 /* The segment of every pair: range[2*s], range[2*s+1] is its interval of the facet coordinate xi in
  * [-1, 1] (empty: both 0). integrals[7*s + i], over the segment with N the nonmortar shape functions:
@@ -31,8 +31,8 @@ int64_t cf_segments(const double *x, const double *normals, const int64_t *nonmo
                     const int64_t *pairs, double *range,
                     double *integrals, double *distance, double *derivatives);
 
-/* Entries of the mortar operators: D_jj = int Phi_j, g_j = int Phi_j g and M_jl = int Phi_j N_l, with
- * Phi = A N on each facet; also, with the sign of a mortar entry, those of nonmortar nodes (see Mortar
+/* Entries of the mortar operators: D_jj = int Phi_j, M_jl = int Phi_j N_l and g_j = int w_j g, with
+ * Phi = A N on each facet and w = (Phi + N) / 2; also, with the sign of a mortar entry, those of nonmortar nodes (see Mortar
  * in mortar.py). facet[s] numbers the covered facets with their basis: A is (facets, 2, 2), dA by the
  * first three integrals of the facet (facets, 2, 2, 3), or NULL for a constant basis. Nodes that do
  * not carry a multiplier, and facets that are not covered, have no entries. Writes at most 12 of each

@@ -115,8 +115,14 @@ extern "C" int64_t cf_entries(const int64_t *nonmortar, const int64_t *mortar,
       const double *da = dA == nullptr ? nullptr : dA + 12 * facet[s] + 6 * k;
       const int64_t row = ends[k];
       out.add(row, d_column, s, q, whole[k]);
+      // The gap is weighted with the mean of Phi and N; beside a node without multiplier with N.
+      const double of_basis = carries[ends[1 - k]] ? 0.5 : 0.0;
+      const double own = 1.0 - of_basis + of_basis * a[k], far = of_basis * a[1 - k];
+      out.add(row, gap_column, s, q, combined(own, gaps[k], far, gaps[1 - k]));
+      if (of_basis > 0.0)
+        out.add_basis(of_basis * dot(gaps[0], q), of_basis * dot(gaps[1], q), da);
       const std::pair<int64_t, const Integrals *> through_basis[] = {
-          {gap_column, gaps}, {others[0], toward_c}, {others[1], toward_d}};
+          {others[0], toward_c}, {others[1], toward_d}};
       for (const auto &[column, parts] : through_basis) {
         out.add(row, column, s, q, combined(a[0], parts[0], a[1], parts[1]));
         out.add_basis(dot(parts[0], q), dot(parts[1], q), da);

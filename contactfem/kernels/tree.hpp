@@ -53,7 +53,9 @@ public:
       build(0, 0, facets_.size());
   }
 
-  template <typename Visit> void visit(const Box<dim> &box, const Visit &visit_facet) const {
+  // Region: anything that says which boxes it meets.
+  template <typename Region, typename Visit>
+  void visit(const Region &box, const Visit &visit_facet) const {
     if (!facets_.empty())
       descend(0, 0, facets_.size(), box, visit_facet);
   }
@@ -83,14 +85,14 @@ private:
     build(2 * node + 2, middle, last);
   }
 
-  template <typename Visit>
-  void descend(std::size_t node, std::size_t first, std::size_t last, const Box<dim> &box,
+  template <typename Region, typename Visit>
+  void descend(std::size_t node, std::size_t first, std::size_t last, const Region &box,
                const Visit &visit_facet) const {
-    if (first == last || !nodes_[node].meets(box))
+    if (first == last || !box.meets(nodes_[node]))
       return;
     if (is_leaf(node)) {
       for (std::size_t i = first; i < last; ++i)
-        if (facets_[order_[i]].meets(box))
+        if (box.meets(facets_[order_[i]]))
           visit_facet(order_[i]);
       return;
     }

@@ -89,10 +89,10 @@ class System(Unknowns):
             jumps.append(np.zeros_like(body.u.x.array))
         for p, (body, dofs, value) in zip(self.prescribed, self._held, strict=True):
             if isinstance(value, Varying):
-                moved: Floats | float = value.at(body.places(p.vertices), t, ramp_end)
+                there: Floats | float = value.at(body.places(p.vertices), t, ramp_end)
             else:
-                moved = value.at(t, ramp_end)
-            jumps[p.body][dofs] = moved - body.u.x.array[dofs]
+                there = value.at(t, ramp_end)
+            jumps[p.body][dofs] = there - body.u.x.array[dofs]
         self.grip_loads[:] = [grip.force.at(t, ramp_end) for grip in self.tied]
         for body, jump in zip(self.bodies, jumps, strict=True):
             body.u.x.array[:] += jump

@@ -40,15 +40,20 @@ def shared_nodes(interfaces: Mapping[str, tuple[Side, Side | None]]) -> dict[str
 
 
 def check_shared(meshes: Mapping[str, InterfaceMesh]) -> None:
-    """Make sure that beside every shared node another one carries a multiplier.
+    """Make sure that contact has multipliers, and that every shared node has one beside it.
 
     Args:
         meshes: The interfaces by name.
 
     Raises:
-        CaseError: A facet has none, so contact would not see it.
+        CaseError: A surface or a facet has none, so contact would not see it.
     """
     for name, mesh in meshes.items():
+        if not mesh.has_multiplier.any():
+            raise CaseError(
+                f"interface {name}: no node of the nonmortar surface is free to move, so it has no "
+                "multiplier and contact would act on nothing; exchange nonmortar and mortar"
+            )
         if mesh.shared is None:
             continue
         ends, served = mesh.nonmortar, mesh.has_multiplier

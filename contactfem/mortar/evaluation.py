@@ -5,11 +5,12 @@ from mpi4py import MPI
 from contactfem.common.typing import Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.mortar_operators import MortarOperators, mortar_operators
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.spatial_operators import spatial_operators
 
 
 def operators_at(
-    comm: MPI.Comm, mesh: InterfaceMesh, x: Floats, facets: Ints, radius: float
+    comm: MPI.Comm, mesh: InterfaceMesh, x: Floats, facets: Ints, reach: SearchRange
 ) -> MortarOperators:
     """Search, cut and integrate; collective.
 
@@ -18,10 +19,11 @@ def operators_at(
         mesh: The two surfaces.
         x: Positions [m], (n_nodes, dim).
         facets: This rank's nonmortar facets, (k,).
-        radius: Search radius [m].
+        reach: How far the sides look for each other.
 
     Returns:
         The operators, the same on all ranks.
     """
-    find = spatial_operators if mesh.dim == 3 else mortar_operators
-    return find(comm, mesh, x, facets, radius)
+    if mesh.dim == 3:
+        return spatial_operators(comm, mesh, x, facets, reach.ahead)
+    return mortar_operators(comm, mesh, x, facets, reach)

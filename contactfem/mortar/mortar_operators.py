@@ -23,7 +23,8 @@ from contactfem.mortar.interface_mesh import (
 )
 from contactfem.mortar.normals import NormalField, nodal_normals
 from contactfem.mortar.operators import D_ENTRY, GAP_ENTRY, Mortar, assemble
-from contactfem.mortar.segments import Segments, cut, differentiated, find_pairs
+from contactfem.mortar.search_range import SearchRange
+from contactfem.mortar.segments import Segments, differentiated, find_segments
 from contactfem.mortar.sparse import Sparse, Triplets, joined
 
 
@@ -109,7 +110,7 @@ class MortarOperators(ABC):
 
 
 def mortar_operators(
-    comm: MPI.Comm, mesh: InterfaceMesh, x: Floats, facets: Ints, radius: float
+    comm: MPI.Comm, mesh: InterfaceMesh, x: Floats, facets: Ints, reach: SearchRange
 ) -> MortarOperators:
     """Search, cut and integrate; collective.
 
@@ -118,14 +119,13 @@ def mortar_operators(
         mesh: The two surfaces.
         x: Positions [m], (n_nodes, dim).
         facets: This rank's nonmortar facets, (k,).
-        radius: Search radius [m].
+        reach: How far the sides look for each other.
 
     Returns:
         The operators.
     """
     normals = nodal_normals(mesh, x)
-    pairs = find_pairs(mesh, x, normals.n, facets, radius)
-    segments = cut(mesh, x, normals.n, pairs, differentiate=False)
+    segments = find_segments(mesh, x, normals.n, facets, reach)
     mine, n = assemble(mesh, x, segments, normals), mesh.n_nonmortar
     row, col, value = (
         np.concatenate(comm.allgather(part)) if comm.size > 1 else part

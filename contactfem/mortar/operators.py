@@ -19,8 +19,14 @@ D_ENTRY, GAP_ENTRY = -1, -2  # as in the kernel
 class Mortar:
     """Operators of one interface as a list of entries; repeated entries add up.
 
-    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ Φ_j g. In M also stand, with the sign of a
+    D_jj = ∫ Φ_j N_j, M_jl = ∫ Φ_j (N_l∘P), g_j = ∫ w_j g. In M also stand, with the sign of a
     mortar entry, the nonmortar nodes without multiplier (modified basis): always Σ_l M_jl = D_jj.
+
+    The gap is weighted with w_j = (Φ_j + N_j) / 2, ∫ w_j = D_jj. A gap g + κ s²/2 around a node is
+    seen as g + κ/2 times the second moment of the weight, which is -h²/6 for Φ_j, h²/6 for N_j and
+    zero for their mean: with Φ_j alone, negative on the far third of a facet, a gap that opens
+    convexly (a corner, a round body above coarse facets) counts as penetration. Beside a node
+    without multiplier w_j = N_j.
 
     Standard multipliers have Φ_j = N_j and a mass matrix ∫ Φ_j N_k that is not diagonal. D_jj is
     then its row sum ∫ Φ_j, and what remains, D_jj δ_jk - ∫ Φ_j N_k, stands in M: the nodal forces

@@ -100,7 +100,7 @@ def _area_ratio(n: Floats, own: Floats, turn: Floats, gap: Floats) -> Floats:
     """
     size = np.hypot(n[..., 0], n[..., 1])
     ratio = 1.0 + gap / size * _cross(turn, n) / _cross(own, n)
-    return np.clip(ratio, 1.0 / LARGEST, LARGEST)
+    return np.asarray(np.clip(ratio, 1.0 / LARGEST, LARGEST))
 
 
 def logarithmic_mean(ratio: Floats) -> Floats:

@@ -9,6 +9,7 @@ from contactfem._kernels import ffi, lib
 from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.normals import NormalField
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.sparse import Sparse
 
 OVERLAP = 1e-9  # facet coordinate by which segments of one facet may overlap
@@ -33,17 +34,36 @@ class Segments:
     derivatives: Floats | None
 
 
+def find_segments(
+    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, reach: SearchRange
+) -> Segments:
+    """Segments of some nonmortar facets: search, cut, and drop what is deeper than may be.
+
+    Args:
+        mesh: The interface.
+        x: Current positions [m], shape (n_nodes, 2).
+        normals: Nodal normals [-], shape (n_nonmortar, 2).
+        chosen: Nonmortar facets, shape (k,).
+        reach: How far to look.
+
+    Returns:
+        The segments, without derivatives.
+    """
+    pairs = find_pairs(mesh, x, normals, chosen, reach)
+    return cut(mesh, x, normals, pairs, differentiate=False, behind=reach.behind)
+
+
 def find_pairs(
-    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, radius: float
+    mesh: InterfaceMesh, x: Floats, normals: Floats, chosen: Ints, reach: SearchRange | float
 ) -> Ints:
-    """Candidate facet pairs: facing each other and nearer than the search radius.
+    """Candidate facet pairs: facing each other and not further apart than the search reaches.
 
     Args:
         mesh: The interface.
         x: Current positions [m], shape (n_nodes, 2).
         normals: Nodal normals [-], shape (n_nonmortar, 2).
         chosen: Nonmortar facets to search for, shape (k,).
-        radius: Search radius along the normals [m].
+        reach: How far along the normals, or one radius for both directions [m].
 
     Returns:
         Pairs (nonmortar facet, mortar facet) ordered by both, shape (p, 2).
@@ -51,16 +71,20 @@ def find_pairs(
     Raises:
         ValueError: The radius is not positive.
     """
+    if not isinstance(reach, SearchRange):
+        reach = SearchRange.within(reach, len(mesh.nonmortar))
+    reach = reach.limited(x)
     nonmortar = np.ascontiguousarray(mesh.nonmortar[chosen])
     capacity = 4 * len(nonmortar) + 4 * len(mesh.mortar) + 16
     while True:
         pairs: Ints = np.empty((capacity, 2), np.int64)
         count = lib.cf_pairs(
             _read(x), _read(normals), len(nonmortar), _read_int(nonmortar), len(mesh.mortar),
-            _read_int(mesh.mortar), radius, capacity, _write_int(pairs),
+            _read_int(mesh.mortar), reach.ahead, _read(reach.behind[chosen]), capacity,
+            _write_int(pairs),
         )  # fmt: skip
         if count < 0:
-            raise ValueError(f"search radius {radius:g} m: must be positive")
+            raise ValueError(f"search radius {reach.ahead:g} m: must be positive")
         if count <= capacity:
             break
         capacity = count
@@ -70,7 +94,12 @@ def find_pairs(
 
 
 def cut(
-    mesh: InterfaceMesh, x: Floats, normals: Floats, pairs: Ints, differentiate: bool
+    mesh: InterfaceMesh,
+    x: Floats,
+    normals: Floats,
+    pairs: Ints,
+    differentiate: bool,
+    behind: Floats | None = None,
 ) -> Segments:
     """Segments of candidate pairs; where several mortar facets cover one place, the nearest stands.
 
@@ -80,12 +109,17 @@ def cut(
         normals: Nodal normals [-], shape (n_nonmortar, 2).
         pairs: Candidates, shape (p, 2).
         differentiate: Whether the derivatives of the integrals are wanted.
+        behind: Largest overlap of every nonmortar facet [m], (k,); None for any.
 
     Returns:
         The segments that are not empty.
     """
     span, integrals, distance = _integrals(mesh, x, normals, pairs, None)
     keep = span[:, 1] > span[:, 0]
+    if behind is not None:
+        weight = integrals[:, :3] @ (1.0, 2.0, 1.0)
+        gap = integrals[:, 5:].sum(1)
+        keep &= gap >= -behind[pairs[:, 0]] * weight
     keep[hidden(pairs[:, 0], span, distance, keep)] = False
     found = Segments(pairs[keep], span[keep], integrals[keep], None)
     if not differentiate:

@@ -8,7 +8,7 @@ import numpy as np
 from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.meshes.data import Surface
-from contactfem.mortar.directions import OfCircle, of_plane
+from contactfem.mortar.directions import OfCircle, OfPlane
 from contactfem.mortar.interface_mesh import Directions
 
 
@@ -22,18 +22,18 @@ class BodySide:
 
 @dataclass(frozen=True)
 class RigidSide:
-    """A side that is a rigid obstacle: a chain of facets that moves as a whole.
+    """A side that is a rigid obstacle: facets that move as a whole.
 
     Attributes:
-        X: Nodes at time 0 [m], (n, 2).
-        facets: Facets with the obstacle on the left, (k, 2).
-        displacement: x and y over time [m].
+        X: Nodes at time 0 [m], (n, dim).
+        facets: Facets as those of a `Surface`, seen from outside of the obstacle, (k, 2 to 4).
+        displacement: Components over time [m].
         directions: Of contact with it; None for the nonmortar side's normals.
     """
 
     X: Floats
     facets: Ints
-    displacement: tuple[Table, Table]
+    displacement: tuple[Table, ...]
     directions: Directions | None
 
 
@@ -41,7 +41,7 @@ def plane_side(
     point: Sequence[float],
     normal: Sequence[float],
     extent: float,
-    displacement: tuple[Table, Table],
+    displacement: tuple[Table, ...],
 ) -> RigidSide:
     """A rigid plane as one long facet.
 
@@ -58,10 +58,10 @@ def plane_side(
     n = n / np.hypot(*n)
     along = extent * np.array((-n[1], n[0]))  # outward normal (dy, -dx) of b - a
     X = np.asarray(point) + np.array((-along, along))
-    return RigidSide(X, np.array(((0, 1),)), displacement, of_plane)
+    return RigidSide(X, np.array(((0, 1),)), displacement, OfPlane(tuple(n.tolist())))
 
 
-def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, Table]) -> RigidSide:
+def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, ...]) -> RigidSide:
     """A rigid chain of facets.
 
     Args:
@@ -74,7 +74,11 @@ def polyline_side(points: Floats, closed: bool, displacement: tuple[Table, Table
     """
     ends = np.arange(len(points) - (0 if closed else 1))
     facets = np.column_stack((ends, (ends + 1) % len(points)))
-    return RigidSide(points, facets, displacement, of_plane if len(facets) == 1 else None)
+    if len(facets) > 1:
+        return RigidSide(points, facets, displacement, None)
+    along = points[1] - points[0]
+    n = np.array((along[1], -along[0])) / np.hypot(*along)
+    return RigidSide(points, facets, displacement, OfPlane(tuple(n.tolist())))
 
 
 def circle_side(
@@ -82,7 +86,7 @@ def circle_side(
     radius: float,
     inside: bool,
     facets: int,
-    displacement: tuple[Table, Table],
+    displacement: tuple[Table, ...],
 ) -> RigidSide:
     """A rigid circle as a closed polygon of equal area error on both sides of the arc.
 

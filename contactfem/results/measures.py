@@ -180,13 +180,14 @@ def _of_interface(
     carrier = carriers(table)
     pressure = table.pressure[carrier]
     weights = table.coverage * table.facet_length * table.depth
+    faced = np.isfinite(table.gap)
     values = {
         "pressure_max": float(np.max(table.pressure, where=active, initial=0.0)),
         "pressure_min": float(table.pressure[active].min()) if active.any() else math.nan,
         "traction_max": float(np.max(np.abs(table.traction), where=active, initial=0.0)),
         "normal_force": float(weights @ table.pressure),
         "tangential_force": _tangential_force(table, weights),
-        "gap_min": float(np.min(table.gap, where=np.isfinite(table.gap), initial=math.inf)),
+        "gap_min": float(table.gap[faced].min()) if faced.any() else math.nan,
         "slip_max": float(np.abs(table.slip).max()),
         "active": float(active.sum()),
         "stick": float((table.status == Status.STICK).sum()),

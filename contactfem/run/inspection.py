@@ -14,7 +14,7 @@ from contactfem.audit.loads import in_volume, means, of_pressure, on_surface
 from contactfem.audit.look import AuditState, Finding, extent, look
 from contactfem.audit.shapes import BodyShape, ObstacleShape
 from contactfem.case.base import AXES
-from contactfem.case.obstacles import Circle, Plane
+from contactfem.case.obstacles import Circle, Plane, Polyline, RigidCylinder, Sphere
 from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.common.place_time import Varying
@@ -148,7 +148,7 @@ class Inspector:
             t,
             tuple(bodies),
             self._obstacles(t),
-            self._contacts(solver.conditions),
+            self._contacts(solver.conditions, solver.round_off),
             self._forces(bodies, t, supports, solver.round_off),
             self.discretisation.unrestrained,
             self._scene,
@@ -175,19 +175,24 @@ class Inspector:
         """Obstacles at a time [s]."""
         result = []
         for name, o in self._case.obstacles.items():
-            at = np.array([o.displacement[axis].at(t, self._ramp_end) for axis in AXES[:2]])
+            at = np.array([x.at(t, self._ramp_end) for x in o.motion(self._case.axes)])
             if isinstance(o, Plane):
                 points = np.array((np.array(o.point) + at, o.normal))
                 result.append(ObstacleShape(name, "plane", points))
-            elif isinstance(o, Circle):
+            elif isinstance(o, Circle | Sphere):
                 centre = np.array((o.center,)) + at
                 result.append(ObstacleShape(name, "circle", centre, o.radius, o.inside))
-            else:
+            elif isinstance(o, RigidCylinder):
+                line = np.array((np.array(o.point) + at, o.axis))
+                result.append(ObstacleShape(name, "cylinder", line, o.radius, o.inside))
+            elif isinstance(o, Polyline):
                 chain = np.array(o.points) + at
                 result.append(ObstacleShape(name, "polyline", chain, closed=o.closed))
         return tuple(result)
 
-    def _contacts(self, conditions: Sequence[ContactState]) -> tuple[ContactForces, ...]:
+    def _contacts(
+        self, conditions: Sequence[ContactState], floor: float
+    ) -> tuple[ContactForces, ...]:
         """Forces of the interfaces."""
         result = []
         for interface, c in zip(self.discretisation.interfaces, conditions, strict=True):
@@ -208,6 +213,7 @@ class Inspector:
                     np.linalg.norm(c.slip, axis=1),
                     c.dissipation,
                     np.where(c.active, compliance * np.abs(c.multiplier.pressure), 0.0),
+                    floor,
                 )
             )
         return tuple(result)

@@ -371,7 +371,7 @@ class Loop:
         )
         history = replace(self.state.histories[k], offset=self._offset(k, self.state.t))
         gap = interface.contact.gap(operators, history)
-        return initial_active_set(operators, gap, k in self.alone)
+        return initial_active_set(operators, gap, k in self.alone, self.cautious)
 
     def _accept(
         self,

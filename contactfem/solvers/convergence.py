@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contactfem.common.typing import Floats
+from contactfem.common.typing import Bools, Floats, Ints
 from contactfem.contact.state import ContactState
 
 CONVERGED, DIVERGED_LINEAR, DIVERGED_NAN, DIVERGED_ITERATIONS = 2, -3, -4, -5  # as PETSc has them
@@ -78,16 +78,32 @@ class Criteria:
     Attributes:
         tolerance: Of the scaled residual [-].
         max_iterations: Newton iterations at most.
-        stiffness: Force that relative round-off is multiplied with [N/m].
         known: Whether the first active set is that of an equilibrium found before.
         alone: Numbers of the interfaces that alone hold a body.
     """
 
     tolerance: float
     max_iterations: int
-    stiffness: float
     known: bool
     alone: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Balance:
+    """How far bodies are from equilibrium at an iteration, (bodies,) each.
+
+    Attributes:
+        squares: Sums of squares of the residual [N²/m²].
+        forces: Size of the forces that the residual is compared with [N/m].
+        stiffness: Force that relative round-off is multiplied with [N/m].
+        joined: The same number for bodies that contact joins: these are judged together, others
+            each by its own forces, however large those of the rest.
+    """
+
+    squares: Floats
+    forces: Floats
+    stiffness: Floats
+    joined: Ints
 
 
 class Convergence:
@@ -105,50 +121,57 @@ class Convergence:
         self._criteria = criteria
         self.residuals: list[float] = []
         self.active_sets = ActiveSets()
-        self._norm = self._forces = self._initial = 0.0
+        self._initial: Floats = np.zeros(1)
+        self._norm = self._forces = self._scale = self._floor = np.zeros(1)  # of joined bodies
         self._contact_kept = False
         self._touching: list[list[bool]] = []
 
-    def add(
-        self, norm: float, forces: float, states: Sequence[ContactState], contact_kept: bool
-    ) -> None:
+    def add(self, balance: Balance, states: Sequence[ContactState], contact_kept: bool) -> None:
         """Take one more iteration.
 
         Args:
-            norm: Of the residual [N/m].
-            forces: Size of the forces that it is compared with [N/m].
+            balance: Of the bodies.
             states: Contact of every interface.
             contact_kept: Whether contact that was just lost is kept for this iteration.
         """
         if not self.residuals:
-            self._initial = norm if np.isfinite(norm) else 0.0
-        self._norm, self._forces, self._contact_kept = norm, forces, contact_kept
-        scale = self._scale
-        self.residuals.append(norm / scale if scale > 0.0 else 0.0)
+            self._initial = np.where(np.isfinite(balance.squares), balance.squares, 0.0)
+        members = balance.joined == np.unique(balance.joined)[:, None]
+        self._norm = np.sqrt((members * balance.squares).sum(1))
+        self._forces = (members * balance.forces).max(1)
+        self._scale = np.maximum(np.sqrt((members * self._initial).sum(1)), self._forces)
+        self._floor = (members * balance.stiffness).max(1)
+        self._contact_kept = contact_kept
+        self.residuals.append(self._scaled())
         self.active_sets.add(states)
         self._touching.append([bool(c.active.any()) for c in states])
 
+    def _scaled(self) -> float:
+        """Largest scaled residual of the groups; what is round-off counts by all forces."""
+        scale = np.where(self._norm <= ROUND_OFF * self._floor, self._scale.max(), self._scale)
+        return float(np.divide(self._norm, scale, out=np.zeros_like(scale), where=scale > 0).max())
+
     @property
-    def _scale(self) -> float:
-        return max(self._initial, self._forces)
+    def _is_small(self) -> Bools:
+        floor = ROUND_OFF * self._floor
+        return self._norm <= np.maximum(self._criteria.tolerance * self._scale, floor)
 
     @property
     def residual_small(self) -> bool:
-        """Whether the residual is below the tolerance, or is round-off."""
-        floor = ROUND_OFF * self._criteria.stiffness
-        return bool(self._norm <= max(self._criteria.tolerance * self._scale, floor))
+        """Whether every group's residual is below the tolerance, or is round-off."""
+        return bool(self._is_small.all())
 
     @property
     def stalled(self) -> bool:
         """Whether the residual is near round-off and does not shrink any more."""
-        near = self._norm <= STALLED * self._criteria.stiffness
-        slow = len(self.residuals) > 1 and self.residuals[-1] > 0.5 * self.residuals[-2]
-        return bool(near and slow)
+        near = bool((self._is_small | (self._norm <= STALLED * self._floor)).all())
+        return near and len(self.residuals) > 1 and self.residuals[-1] > 0.5 * self.residuals[-2]
 
     @property
     def force_free(self) -> bool:
         """Whether there is no force but round-off: surfaces may touch without it."""
-        return bool(max(self._norm, self._forces) <= ROUND_OFF * self._criteria.stiffness)
+        largest = np.maximum(self._norm, self._forces)
+        return bool((largest <= ROUND_OFF * self._floor).all())
 
     @property
     def active_set_unchanged(self) -> bool:
@@ -168,7 +191,7 @@ class Convergence:
 
     def outcome(self) -> Outcome | None:
         """How the solve ends at this iteration; None if it goes on."""
-        if not np.isfinite(self._norm):
+        if not np.isfinite(self._norm).all():
             return Outcome(DIVERGED_NAN, TURNED_OVER)
         unchanged = self.active_set_unchanged
         if unchanged and (self.residual_small or self.stalled):

@@ -18,12 +18,14 @@ from contactfem.fem.petsc_options import MECHANICS, configure
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.mechanics.bulk_system import System
 from contactfem.mechanics.contact_equations import Interface
+from contactfem.solvers.body_rows import BodyRows
 from contactfem.solvers.choice import contact_equations, linear_solver
 from contactfem.solvers.convergence import (
     CONVERGED,
     DIVERGED_LINEAR,
     STALLED,
     TURNED_OVER,
+    Balance,
     Convergence,
     Criteria,
     Outcome,
@@ -108,6 +110,7 @@ class NewtonSolver:
             for body in system.bodies:
                 body.compile()
         self._stiffness = _stiffness(system)
+        self._rows = BodyRows(system, self.equations.interfaces)
         self._bulk = system.x.duplicate()
         self._run: _Run | None = None
         self._snes = self._create()
@@ -153,7 +156,7 @@ class NewtonSolver:
     @property
     def round_off(self) -> float:
         """Force that round-off may leave over in a body [N/m]."""
-        return float(STALLED * self._stiffness * np.sqrt(self.system.numbering.n_global))
+        return float(STALLED * self._stiffness.max() * np.sqrt(self.system.numbering.n_global))
 
     def _create(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.system.comm)
@@ -211,9 +214,7 @@ class NewtonSolver:
 
     def _solve_once(self, step: StepInput) -> SolveReport:
         """One run of Newton's method."""
-        criteria = Criteria(
-            self.tolerance, self.max_iterations, self._stiffness, step.known, step.alone
-        )
+        criteria = Criteria(self.tolerance, self.max_iterations, step.known, step.alone)
         jumps = self.system.advance(step.t, step.ramp_end)
         self._run = run = _Run(step, Convergence(criteria), jumps)
         self.linear.begin()
@@ -301,7 +302,10 @@ class NewtonSolver:
     def _test(self, snes: PETSc.SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """PETSc's code for how the solve ends; None to go on."""
         run = self._running
-        run.convergence.add(norms[2], self._forces(), self.conditions, run.contact_kept)
+        squares = self._rows.squares(snes.getFunction()[0].array_r)
+        joined = self._rows.joined(self.conditions)
+        balance = Balance(squares, self._forces(), self._stiffness, joined)
+        run.convergence.add(balance, self.conditions, run.contact_kept)
         found = run.convergence.outcome()
         if self.linear.failure:
             found = Outcome(DIVERGED_LINEAR, self.linear.failure)
@@ -310,12 +314,18 @@ class NewtonSolver:
         run.reason = found.reason
         return found.code
 
-    def _forces(self) -> float:
-        """Size of the forces that the residual is compared with [N/m]."""
-        forces = (c.operators.D[:, None] * c.multiplier.vector for c in self.conditions)
-        contact = [np.linalg.norm(force) for force in forces]
-        support = np.abs(self._running.supports.reactions)
-        return float(max([*contact, *support, *np.abs(self.system.grip_loads), 0.0]))
+    def _forces(self) -> Floats:
+        """Size of the forces that each body's residual is compared with [N/m], (bodies,)."""
+        result = np.zeros(len(self.system.bodies))
+        for (first, second), c in zip(self._rows.pairs, self.conditions, strict=True):
+            size = np.linalg.norm(c.operators.D[:, None] * c.multiplier.vector)
+            at = [first] if second < 0 else [first, second]
+            result[at] = np.maximum(result[at], size)
+        motions = zip(self.system.prescribed, self._running.supports.reactions, strict=True)
+        loads = zip(self.system.tied, self.system.grip_loads, strict=True)
+        for place, force in (*motions, *loads):
+            result[place.body] = max(result[place.body], abs(force))
+        return result
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat) -> None:
         """Tangent with contact."""
@@ -360,17 +370,14 @@ class _Run:
     reason: str = ""
 
 
-def _stiffness(system: System) -> float:
-    """Stiffness that round-off in strains or positions is multiplied with [N/m], with an axis [N].
+def _stiffness(system: System) -> Floats:
+    """Stiffness that round-off in strains or positions is multiplied with, (bodies,).
 
-    In plane strain the largest modulus times the largest size; with an axis times the circumference
-    as well, which can only be that of the same body.
+    In plane strain the modulus times the size [N/m]; with an axis times the circumference [N].
     """
-    moduli = [body.law.youngs_modulus for body in system.bodies]
+    moduli = np.array([body.law.youngs_modulus for body in system.bodies])
     extents = _extents(system)
-    if not system.axisymmetric:
-        return max(moduli) * float(extents.max())
-    return float(np.max(2 * np.pi * np.array(moduli) * extents**2))
+    return np.asarray(2 * np.pi * moduli * extents**2 if system.axisymmetric else moduli * extents)
 
 
 def _extents(system: System) -> Floats:

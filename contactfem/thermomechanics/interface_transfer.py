@@ -76,9 +76,9 @@ def friction_heat(c: ContactState, dt: float) -> tuple[Floats, float]:
         dt: Length of the step [s].
 
     Returns:
-        d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D⁰_jj t_j s_j / dt [W/m].
+        d at the nonmortar nodes [W/m²], (n_nonmortar,), and Σ D_jj t_j·v_j / dt [W/m].
     """
-    along = np.einsum("ji,ji->j", c.traction, c.plastic_slip)
+    along = np.einsum("ji,ji->j", c.traction, c.rubbed)
     density = np.where(c.active, along / dt, 0.0)
     power = float(np.sum(c.dissipation)) / dt
     return np.maximum(density, 0.0), power

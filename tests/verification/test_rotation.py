@@ -18,6 +18,7 @@ from contactfem.laws.friction import Coulomb
 from contactfem.meshes.disk import Disk, Ring
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.normals import line_tangents
+from contactfem.mortar.search_range import SearchRange
 from contactfem.run.driver import run_case
 
 SIZE, STEPS = 1e-3, 10
@@ -110,7 +111,8 @@ def closed_ring(facets: int, other: int, seed: int) -> tuple[InterfaceMesh, np.n
 def resultants(mesh: InterfaceMesh, x: np.ndarray) -> tuple[float, float]:
     """Force and moment that uneven tractions leave over, relative to all forces and R = 1."""
     n = mesh.n_nonmortar
-    law = ContactLaw(Coulomb(1.0), np.ones(n), 1.0, 1.0, 1.0, 0.5)
+    reach = SearchRange.within(0.5, len(mesh.nonmortar))
+    law = ContactLaw(Coulomb(1.0), np.ones(n), 1.0, 1.0, 1.0, reach)
     contact = Contact(MPI.COMM_SELF, mesh, law)
     operators = contact.operators(x)
     turn = np.arctan2(x[:n, 1], x[:n, 0])[:, None]

@@ -136,7 +136,7 @@ def _paint_obstacles(axes: Axes, case: Case, end: float, view: _View) -> None:
     low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
     reach = 2.0 * float(np.linalg.norm(high - low))
     for obstacle in case.obstacles.values():
-        tables = (obstacle.displacement["x"], obstacle.displacement["y"])
+        tables = obstacle.motion(2)
         moved = np.array([table.at(end, case.time.step) for table in tables])
         if obstacle.shape == "circle":
             center = (np.array(obstacle.center) + moved) / view.length.factor

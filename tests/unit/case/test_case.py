@@ -158,7 +158,7 @@ BROKEN = {
     "give ascending times",
     # obstacles, closed forms, expectations
     'obstacles.a={shape="plain"}': "obstacles.a.shape = plain: must be one of plane, "
-    "circle, polyline; did you mean 'plane'?",
+    "circle, polyline, sphere, cylinder, surface; did you mean 'plane'?",
     'obstacles.a={radius="1 m"}': "obstacles.a.shape: is missing",
     'obstacles.a={shape="plane", point=["0 m","0 m"], normal=[0,0]}': "obstacles.a.normal = "
     "[0, 0]: must not be zero",
@@ -252,11 +252,12 @@ IN_SPACE = (
 )
 
 
-def test_what_contact_in_space_cannot_do():
+def test_obstacles_in_space_are_spatial():
     floor = 'obstacles.floor={shape="plane", point=["0 m","0 m"], normal=[0,1]}'
     found = complaints(*IN_SPACE, floor, 'interfaces.joint.mortar="floor"')
     assert found == [
-        "interfaces.joint.mortar = floor: obstacles are plane figures; mesh it as a body"
+        "obstacles.floor.point: must have 3 coordinates",
+        "obstacles.floor.normal: must have 3 coordinates",
     ]
 
 

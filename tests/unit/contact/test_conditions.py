@@ -12,6 +12,7 @@ from contactfem.laws.edge_stabilisation import EDGE_COMPLIANCE
 from contactfem.laws.friction import Coulomb, frictionless
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.normals import line_tangents
+from contactfem.mortar.search_range import SearchRange
 
 MU = 0.4
 
@@ -21,7 +22,12 @@ def contact(mesh, mu=MU, c=10.0, comm=MPI.COMM_SELF, radius=0.4):
         comm,
         mesh,
         ContactLaw(
-            Coulomb(mu) if mu else frictionless, np.full(mesh.n_nonmortar, c), 1.0, 1.0, 1.0, radius
+            Coulomb(mu) if mu else frictionless,
+            np.full(mesh.n_nonmortar, c),
+            1.0,
+            1.0,
+            1.0,
+            SearchRange.within(radius, len(mesh.nonmortar)),
         ),
     )
 

@@ -16,6 +16,7 @@ from contactfem.contact.tangent import RowScales, linearise
 from contactfem.laws.active_set import Status
 from contactfem.laws.friction import Coulomb, VariableCoulomb
 from contactfem.mortar.normals import line_tangents, nodal_normals
+from contactfem.mortar.search_range import SearchRange
 
 MU = 0.4
 PRESCRIBED = ((0, 0), (9, 0), (9, 1))  # a symmetry line at one end, a Dirichlet node at the other
@@ -46,7 +47,9 @@ class Scene:
             "speed": VariableCoulomb("speed", table),
             "pressure": VariableCoulomb("pressure", table),
         }
-        law = ContactLaw(kinds.get(name, Coulomb(MU)), c, 1.0, 0.7, 1.0, 0.3, soft, 2.0 * soft)
+        reach = SearchRange.within(0.3, len(mesh.nonmortar))
+        friction = kinds.get(name, Coulomb(MU))
+        law = ContactLaw(friction, c, 1.0, 0.7, 1.0, reach, soft, 2.0 * soft)
         self.contact = Contact(comm, mesh, law)
         operators = self.contact.operators(start)
         past = 0.1 * rng.normal(size=n)

@@ -15,6 +15,7 @@ from contactfem.heat.system import HeatStepInput, HeatSystem, PrescribedTemperat
 from contactfem.heat.time_schemes import scheme
 from contactfem.laws.conductance import Constant, GasGap, PowerLaw
 from contactfem.meshes.block import Block
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.sides import BodySide, plane_side
 
 WIDTH = 2.0
@@ -65,8 +66,8 @@ class Pair:
         return np.asarray(function(self.X), float)
 
 
-def law(conductance=None, partition=0.5, obstacle=None):
-    return HeatInterfaceLaw(conductance, partition, 0.5, obstacle)
+def law(conductance=None, partition=0.5, obstacle=None, facets=5):
+    return HeatInterfaceLaw(conductance, partition, SearchRange.within(0.5, facets), obstacle)
 
 
 def test_conduction_of_linear_temperatures():
@@ -139,7 +140,7 @@ def test_around_an_axis():
 
 def test_gas_across_a_wedge():
     """h = k / (g + g₀) over a gap that opens linearly, ∫ = k ln(1 + 2s/g₀) / s."""
-    pair = Pair(law(GasGap(0.5, 0.4)), n=(40, 56))
+    pair = Pair(law(GasGap(0.5, 0.4), facets=40), n=(40, 56))
     x = pair.X.copy()
     above = np.arange(len(x)) >= pair.count
     x[above, 1] += 0.1 * x[above, 0]

@@ -41,7 +41,8 @@ def find(x, normals, nonmortar, mortar, radius, capacity=10_000):
     pairs = np.full((capacity, 2), -7, np.int64)
     count = lib.cf_pairs(
         doubles(x), doubles(normals), len(nonmortar), integers(nonmortar), len(mortar),
-        integers(mortar), radius, capacity, integers(pairs),
+        integers(mortar), radius, doubles(np.full(len(nonmortar), radius)), capacity,
+        integers(pairs),
     )  # fmt: skip
     return count, pairs
 
@@ -266,10 +267,20 @@ def swept_boxes(x, normals, facets, radius):
 
 
 def expected_pairs(x, normals, nonmortar, mortar, radius):
-    """All pairs, one by one: boxes that meet and edges that run against each other."""
+    """All pairs, one by one: boxes that meet along the axes and across both normals, and edges
+    that run against each other."""
     lo, hi = swept_boxes(x, normals, nonmortar, radius)
     low, high = x[mortar].min(1), x[mortar].max(1)
     meet = ((lo[:, None] <= high) & (low <= hi[:, None])).all(2)
+    corners = np.stack([x[nonmortar] + r * normals[nonmortar] for r in (-radius, radius)])
+    places = itertools.product((low, high), (low, high))
+    box = np.stack([np.column_stack((a[:, 0], b[:, 1])) for a, b in places])
+    for k in (0, 1):
+        across = np.column_stack((-normals[nonmortar[:, k], 1], normals[nonmortar[:, k], 0]))
+        own = np.einsum("rekc,ec->erk", corners, across)
+        other = np.einsum("bfc,ec->efb", box, across)
+        meet &= other.max(2, initial=-np.inf) >= own.min((1, 2))[:, None] - 1e-11
+        meet &= other.min(2, initial=np.inf) <= own.max((1, 2))[:, None] + 1e-11
     edges = (x[f[:, 1]] - x[f[:, 0]] for f in (nonmortar, mortar))
     return np.argwhere(meet & (np.einsum("ei,fi->ef", *edges) < 0))
 

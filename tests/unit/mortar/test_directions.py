@@ -17,6 +17,7 @@ from contactfem.laws.active_set import Status
 from contactfem.laws.friction import Coulomb
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.normals import line_tangents, nodal_normals
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.sides import circle_side, plane_side, polyline_side
 
 REST = (constant(0.0), constant(0.0))
@@ -85,9 +86,9 @@ def test_derivative(chains, inside):
     n = mesh.n_nonmortar
     moving = np.zeros(start.shape)
     moving[:n] = 1.0
-    contact = Contact(
-        MPI.COMM_SELF, mesh, ContactLaw(Coulomb(0.4), np.full(n, 5.0), 1.0, 0.7, 1.0, 0.3)
-    )
+    reach = SearchRange.within(0.3, len(mesh.nonmortar))
+    law = ContactLaw(Coulomb(0.4), np.full(n, 5.0), 1.0, 0.7, 1.0, reach)
+    contact = Contact(MPI.COMM_SELF, mesh, law)
     operators = contact.operators(start)
     history = ContactHistory.at(operators)
     x = start + 0.004 * moving * rng.normal(size=start.shape)

@@ -10,6 +10,7 @@ from contactfem.mortar.evaluation import operators_at
 from contactfem.mortar.facet_areas import full_areas
 from contactfem.mortar.interface_mesh import InterfaceMesh
 from contactfem.mortar.mortar_operators import Weights
+from contactfem.mortar.search_range import SearchRange
 from contactfem.mortar.spatial_operators import jumps
 
 RADIUS = 0.3
@@ -33,7 +34,8 @@ def partly(mesh, basis="dual"):
 def operators(mesh, x, comm=MPI.COMM_SELF):
     k = len(mesh.nonmortar)
     mine = np.arange(k * comm.rank // comm.size, k * (comm.rank + 1) // comm.size)
-    return operators_at(comm, mesh, x, mine, RADIUS)
+    reach = SearchRange.within(RADIUS, len(mesh.nonmortar))
+    return operators_at(comm, mesh, x, mine, reach)
 
 
 def scene(ka, kb, basis="dual"):
