@@ -10,4 +10,6 @@ setup(
     ],
     package_dir={"contactfem.forms": "forms", "contactfem.meshes": "meshes"},
     cffi_modules=["contactfem/kernels/build.py:ffi"],
+    # the kernels keep to the stable interface of Python: one wheel for 3.12 and all that follow
+    options={"bdist_wheel": {"py_limited_api": "cp312"}},
 )

@@ -119,6 +119,13 @@ def test_the_tutorial(tmp_path):
     assert (np.diff(pressed) > 0).all()  # the pad swells between its back and the rail
 
 
+def test_the_example_from_python(capsys):
+    runpy.run_path(str(EXAMPLES / "api.py"))
+    said = capsys.readouterr().out.splitlines()
+    assert said[3].startswith("t = 1.00 s  largest pressure 12")
+    assert said[4] == "2 1e-05"
+
+
 def energy(stretch, height, K, mu, share):
     """Energy of the solid of Mooney and Rivlin in plane strain, by its principal stretches."""
     J = stretch * height

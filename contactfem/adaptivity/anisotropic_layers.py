@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from contactfem.adaptivity.body_recovery import BodyErrors
 from contactfem.adaptivity.mesh_decision import BodyCells
@@ -50,6 +49,8 @@ def mechanical_cells(case: Case, body: BodyErrors) -> BodyCells:
 
 def thermal_cells(case: Case, body: BodyErrors) -> BodyCells:
     """A mesh with its errors; its new cells may be flat near such surfaces."""
+    from scipy.spatial import cKDTree
+
     data, free = body.view.data, np.full(len(body.errors), np.inf)
     cells = BodyCells(body.name, data.points, data.cells, body.view.sizes, body.errors, free)
     aspect = 1.0 if case.adaptivity is None else case.adaptivity.aspect

@@ -13,8 +13,7 @@ from contactfem.adaptivity.boundary_data import (
     vertex_conditions,
     vertex_normals,
 )
-from contactfem.adaptivity.recovery.constraints import ConstraintRows as Known
-from contactfem.adaptivity.recovery.constraints import heat_flow_rows, traction_rows
+from contactfem.adaptivity.recovery.constraints import ConstraintRows, heat_flow_rows, traction_rows
 from contactfem.adaptivity.recovery.interface import (
     MechanicalState,
     ThermalState,
@@ -231,9 +230,9 @@ def _touched(c: ContactState) -> Bools:
     return np.asarray((whole > 0.0) & (share > TOUCHED * whole))
 
 
-def _on_obstacle(vertices: Ints, state: MechanicalState) -> Known:
+def _on_obstacle(vertices: Ints, state: MechanicalState) -> ConstraintRows:
     """On an obstacle: no traction where open, no tangential one without friction."""
     rows = traction_rows(state.normals)
     known = np.column_stack((~state.active, ~state.active | state.frictionless)).ravel()
     flat = rows.reshape(-1, rows.shape[2])[known]
-    return Known(np.repeat(vertices, 2)[known], flat, np.zeros(int(known.sum())))
+    return ConstraintRows(np.repeat(vertices, 2)[known], flat, np.zeros(int(known.sum())))

@@ -11,6 +11,7 @@ from contactfem.case.cell_materials import broken_cell_materials
 from contactfem.case.conflicting_conditions import contradictions
 from contactfem.case.element_choice import SIMPLICES
 from contactfem.case.heat_checks import broken_heat
+from contactfem.case.material_library import LIBRARY
 from contactfem.case.obstacles import Plane
 from contactfem.case.scene import IN_VOLUME
 from contactfem.common.text import nearest
@@ -75,7 +76,8 @@ def _bodies(case: Case) -> Iterator[str]:
         named |= {f"materials.{group}": material for group, material in body.materials.items()}
         unknown = [(at, found) for at, found in named.items() if found not in case.materials]
         for at, found in unknown:
-            yield _unknown(f"{key}.{at}", found, "material", case.materials)
+            known = [*case.materials, *LIBRARY]
+            yield _unknown(f"{key}.{at}", found, "material", known)
         if not isinstance(body.mesh, MeshFile):
             low = body.mesh.extent()[0]
             if len(low) != case.axes:

@@ -155,7 +155,8 @@ def _message(details: ErrorDetails) -> str:
         return NAME if details["loc"][-1] == "[key]" else _pattern(details)
     text = details["msg"]
     if kind == "literal_error":
-        choices = str(context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
+        words = str(context["expected"]).replace(" or ", ", ").replace("'", "")
+        choices = words.replace("False", "false").split(", ")
         if len(choices) == 1:
             return f"must be {choices[0]}"
         return f"must be one of {', '.join(choices)}{_near(details['input'], choices)}"

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from contactfem.case.cross_checks import broken_links
 from contactfem.case.error_messages import error_lines
+from contactfem.case.material_library import with_library
 from contactfem.case.overrides import override, with_variant
 from contactfem.case.schema import Case, force_unit
 from contactfem.common.text import one_line
@@ -58,6 +59,7 @@ def case_of(raw: dict[str, Any], path: Path) -> Case:
     for key in ("path", "contents"):
         if key in raw:
             raise CaseError(f"{path}: {key}: unknown key")
+    raw = with_library(raw)
     contents = {key: value for key, value in raw.items() if key != "variants"}
     axes = 3 if raw.get("dimension") == "3d" else 2
     units = {"N/m": force_unit(raw.get("dimension", "plane strain"))}

@@ -129,7 +129,9 @@ class Body(Model):
     """
 
     material: str | None = Field(
-        default=None, description="name of its material; with `materials` that of all other cells"
+        default=None,
+        description="name of its material, given here or of the library; with `materials` that "
+        "of all other cells",
     )
     materials: dict[str, str] = Field(
         default={}, description="names of materials by group of cells of its mesh file"

@@ -1,5 +1,7 @@
 """A case: everything that a case file says, checked, in SI."""
 
+from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -97,6 +99,24 @@ class Case(Model):
     @classmethod
     def _nothing(cls, value: object) -> object:
         return {} if value is False else value
+
+    @classmethod
+    def from_dict(cls, contents: Mapping[str, Any], folder: Path | str = ".") -> "Case":
+        """A case from what its file would contain.
+
+        Args:
+            contents: tables and keys as in a case file.
+            folder: where files that it names are looked for.
+
+        Returns:
+            The case in SI.
+
+        Raises:
+            CaseError: what is wrong, one line for each mistake.
+        """
+        read = import_module("contactfem.case.read")  # which stands above: it fills this model in
+        case: Case = read.case_of(dict(contents), Path(folder) / "case.toml")
+        return case
 
     @property
     def axes(self) -> int:

@@ -211,7 +211,11 @@ class Adaptivity(Model):
 class Output(Model):
     """Files that are written besides the history and the summary."""
 
-    fields: Flag = Field(default=True, description="write field files for ParaView")
+    fields: Literal["vtkhdf", "vtx", False] = Field(
+        default="vtkhdf",
+        description="field files for ParaView: one of the run, a folder for each body (by ADIOS2), "
+        "or none",
+    )
     figures: Flag = Field(default=True, description="draw figures")
     times: tuple[PositiveTime, ...] = Field(
         default=(), description="times before the end at which interfaces are written"
@@ -225,6 +229,11 @@ class Output(Model):
     checkpoint_interval: PositiveTime = Field(
         default=600.0, description="write it after so much wall-clock time as well"
     )
+
+    @field_validator("fields", mode="before")
+    @classmethod
+    def _usual(cls, value: object) -> object:
+        return "vtkhdf" if value is True else value
 
     @field_validator("times")
     @classmethod

@@ -1,4 +1,4 @@
-"""The command line: check, mesh, run, resume, verify, study, report, film, schema."""
+"""The command line: one function for each of its commands."""
 
 import argparse
 import glob
@@ -60,6 +60,7 @@ def parser() -> argparse.ArgumentParser:
     verify = _verb(verbs, "verify", _verify, "look at the results of a run: can they be?")
     study = _verb(verbs, "study", study_command, "run a family of cases: error against cost")
     report = _verb(verbs, "report", _report, "show results and whether they meet expectations")
+    view = _verb(verbs, "view", _view, "show the fields of a run: a window, or a page that turns")
     film = _verb(verbs, "film", _film, "make an animated picture of a run that kept snapshots")
     schema = _verb(verbs, "schema", _schema, "print the JSON schema of case files, for editors")
     schema.add_argument(
@@ -85,6 +86,13 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     add_study_options(study)
+    view.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
+    view.add_argument(
+        "--out", type=Path, metavar="FILE", help="page to write, also where there is a display"
+    )
+    view.add_argument(
+        "--pictures", action="store_true", help="write pictures into DIR/figures (with pyvista)"
+    )
     film.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     film.add_argument(
         "--out", type=Path, metavar="FILE", help="GIF file to write; DIR/film.gif if not given"
@@ -93,6 +101,12 @@ def parser() -> argparse.ArgumentParser:
         "--html",
         action="store_true",
         help="write one page about each run into its folder, report.html, which needs nothing else",
+    )
+    report.add_argument(
+        "--junit",
+        type=Path,
+        metavar="FILE",
+        help="write the verdicts for a CI server, as JUnit XML",
     )
     report.add_argument(
         "paths",
@@ -204,6 +218,10 @@ def _report(options: argparse.Namespace) -> int:
         for path in filter(_holds_cases, options.paths):
             raise CaseError(f"{path}: holds case files; --html takes folders of runs")
         return _pages([folder for path in options.paths for folder in _folders(path)])
+    if options.junit is not None:
+        return _junit(
+            options.junit, [folder for path in options.paths for folder in _folders(path)]
+        )
     from contactfem.output.report.report import report
 
     if len(options.paths) == 1 and _holds_cases(options.paths[0]):
@@ -213,6 +231,18 @@ def _report(options: argparse.Namespace) -> int:
     folders = [folder for path in options.paths for folder in _folders(path)]
     with _files_of_runs(folders):
         return report(folders)
+
+
+def _junit(path: Path, folders: Sequence[Path]) -> int:
+    """Write the verdicts on runs for a CI server."""
+    from contactfem.output.report.junit import write_junit
+
+    try:
+        passed = write_junit(path, folders)
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be written: {error.strerror}") from None
+    print(path)
+    return ExitCode.DONE if passed else ExitCode.MISSED
 
 
 def _pages(folders: Sequence[Path]) -> int:
@@ -258,6 +288,23 @@ def _film(options: argparse.Namespace) -> int:
     from contactfem.output.figures.animation import film
 
     print(film(options.folder, options.out or options.folder / "film.gif"))
+    return ExitCode.DONE
+
+
+def _view(options: argparse.Namespace) -> int:
+    from contactfem.output.view.pictures import draw, has_display, has_pyvista
+
+    if options.pictures:
+        print(*draw(options.folder, window=False), sep="\n")
+    elif options.out is None and has_display() and has_pyvista():
+        draw(options.folder, window=True)
+    else:
+        from contactfem.output.view.page import write_view
+
+        try:
+            print(write_view(options.folder, options.out))
+        except OSError as error:
+            raise CaseError(f"{options.folder}: cannot be written to: {error.strerror}") from None
     return ExitCode.DONE
 
 

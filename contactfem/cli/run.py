@@ -226,13 +226,11 @@ def _closing(out: Path, *, plain: bool) -> bool:
 
     mpirun shows a terminal even where there is none, so colour would get into files: `plain`.
     """
-    from rich.console import Console
-
-    from contactfem.output.report.report import verdict_table
+    from contactfem.output.report.report import verdict_lines
     from contactfem.output.tables import read_summary
 
     summary = read_summary(out)
-    if summary["verdicts"]:
-        Console(force_terminal=False if plain else None).print(verdict_table(summary))
+    for line in verdict_lines(summary, colour=not plain and sys.stdout.isatty()):
+        print(line)
     print(f"results in {out}", flush=True)
     return all(verdict["passed"] for verdict in summary["verdicts"])

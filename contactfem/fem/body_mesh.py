@@ -175,6 +175,29 @@ def gather_vertex_values(
     return result
 
 
+def gather_cell_values(comm: MPI.Comm, body: BodyMesh, values: Floats) -> Floats | None:
+    """Values of all cells in input numbering, collectively.
+
+    Args:
+        comm: the communicator of the mesh.
+        body: the mesh.
+        values: of this rank's cells, owned ones first (local, k).
+
+    Returns:
+        (cells, k) on rank 0, None elsewhere.
+    """
+    topology = body.mesh.topology
+    owned = topology.index_map(topology.dim).size_local
+    mine = np.asarray(topology.original_cell_index[:owned], np.int64)
+    parts = comm.gather((mine, values[:owned]))
+    if parts is None:
+        return None
+    result = np.empty((sum(len(numbers) for numbers, _ in parts), values.shape[1]))
+    for numbers, part in parts:
+        result[numbers] = part
+    return result
+
+
 def _boundary(mesh: Mesh, cell_type: CellName) -> tuple[Local, Local, Ints]:
     """Owned exterior facets.
 

@@ -128,6 +128,11 @@ def petsc_library() -> ctypes.CDLL:
     return ctypes.CDLL(str(get_petsc_lib()))
 
 
+def has_package(name: str) -> bool:
+    """Whether PETSc was built with another library, such as "mumps" or "hypre"."""
+    return bool(PETSc.Sys.hasExternalPackage(name))
+
+
 def unlock(vector: PETSc.Vec) -> None:
     """Give back the locks that an error inside PETSc left on a vector: it could not be written.
 

@@ -22,6 +22,8 @@ from ffcx.naming import compute_signature
 
 from mpi4py import MPI
 
+from contactfem.fem.c_compiler import ensure_compiler
+
 LEASE = "contactfem.lock"  # held by every run that may compile; the system frees it with a process
 READY = ".cached"  # after the name of the source
 LONG_AGO = 60.0  # seconds after which a compilation is given up although other runs are there
@@ -38,6 +40,7 @@ def compiling(comm: MPI.Comm) -> Iterator[None]:
     """
     lease: IO[bytes] | None = None
     if comm.rank == 0:
+        ensure_compiler()
         options = get_options()
         with suppress(OSError):  # no cache to write to, or no locks there: nothing to clear
             lease = _lease(options["cache_dir"], float(options["timeout"]))

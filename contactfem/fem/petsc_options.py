@@ -6,6 +6,7 @@ from functools import cache
 from petsc4py import PETSc
 
 from contactfem.errors import CaseError
+from contactfem.fem.compat import has_package
 
 MECHANICS, HEAT = "mech_", "heat_"  # prefixes
 
@@ -37,6 +38,23 @@ def configure(
     except PETSc.Error as error:
         why = str(error).strip().rpartition("] ")[2]
         raise CaseError(f"{key}: PETSc refuses these options: {why}") from None
+
+
+def available(options: Mapping[str, str], key: str) -> tuple[dict[str, str], str]:
+    """Options that this PETSc has the means for: GAMG stands in for hypre where that is missing.
+
+    Args:
+        options: value by name without the prefix.
+        key: where a case file gives them.
+
+    Returns:
+        The options, and what to tell the user; empty if nothing changed.
+    """
+    if options.get("pc_type") != "hypre" or has_package("hypre"):
+        return dict(options), ""
+    kept = {name: value for name, value in options.items() if "hypre" not in name}
+    note = f"{key}: this PETSc has no hypre; its own multigrid, GAMG, is taken instead"
+    return kept | {"pc_type": "gamg"}, note
 
 
 def forget(*prefixes: str) -> None:

@@ -1,7 +1,6 @@
 """Nearest point of a polyline or triangulated surface."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from contactfem.common.typing import Floats, Ints
 from contactfem.geometry.bounding_boxes import BoxTree
@@ -20,6 +19,8 @@ class NearestFacets:
             X: coordinates [m], (n, dim).
             facets: segments or triangles by their vertices, (k, 2) or (k, 3), at least one.
         """
+        from scipy.spatial import cKDTree  # slow to import, and rarely needed
+
         self.corners = X[facets]
         self._vertices = cKDTree(X[np.unique(facets)])
         self._tree = BoxTree(self.corners.min(axis=1), self.corners.max(axis=1))

@@ -111,7 +111,8 @@ def _gauss(count: int) -> tuple[Floats, Floats]:
 
 def _radau(count: int) -> tuple[Floats, Floats]:
     """Return the points and weights of Radau's rule on (0, 1], exact to degree 2 count - 2."""
-    points = np.sort(legendre.legroots([*[0.0] * (count - 1), -1.0, 1.0]))
+    # real, whatever type this numpy gives to eigenvalues
+    points = np.sort(np.real(legendre.legroots([*[0.0] * (count - 1), -1.0, 1.0])))
     points[-1] = 1.0
     moments = np.eye(count)[0]  # ∫ of the Legendre polynomials over (0, 1)
     return 0.5 * (points + 1.0), _solved(legendre.legvander(points, count - 1).T, moments)

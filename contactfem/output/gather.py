@@ -112,12 +112,12 @@ def locate(picture: BodyPicture, point: Floats) -> tuple[Ints, Floats]:
     Returns:
         Vertices and weights: along the nearest cell's edge or, inside, by distance to its simplex.
     """
-    from scipy.spatial import Delaunay
-
     distance = np.linalg.norm(picture.points - point, axis=1)
     nearest = int(np.argmin(distance))
     if distance[nearest] <= 1e-9 * np.ptp(picture.points):
         return np.array([nearest]), np.ones(1)
+    from scipy.spatial import Delaunay  # slow to import
+
     around = picture.cells[(picture.cells == nearest).any(1)]
     vertices = np.unique(around)
     mesh = Delaunay(picture.points[vertices])
@@ -166,6 +166,7 @@ def interface_tables(discretisation: Discretisation, state: State) -> list[Inter
                 coverage=op.coverage,
                 facet_length=op.size,
                 depth=op.depth,
+                facets=mesh.nonmortar,
                 mortar_x=op.x[mortar],
                 mortar_pressure=np.divide(
                     seen, weight, out=np.zeros(len(mortar)), where=weight > 0.0
@@ -206,6 +207,7 @@ def _tables_of_heat(discretisation: Discretisation, state: State) -> list[Interf
                 status=np.full(len(X), Status.NONE, np.int8),
                 coverage=none,
                 facet_length=np.bincount(link.surface.facets.ravel(), half).astype(np.float64),
+                facets=link.surface.facets,
                 mortar_x=np.empty((0, 2)),
                 mortar_pressure=np.empty(0),
                 heat=_surface_heat(discretisation, state, k),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -18,13 +18,17 @@ from contactfem.discretisation.state import State
 from contactfem.errors import WriteError
 from contactfem.output.figures.frames import Snapshot, clear_snapshots, write_snapshot
 from contactfem.output.gather import body_pictures, heat_pictures, interface_tables
-from contactfem.results.data import Failure, RunResult, StepReport
+from contactfem.results.data import Failure, MeshErrors, RunResult, StepReport
 
 if TYPE_CHECKING:
     from contactfem.audit.look import AuditState
+    from contactfem.output.field_file import FieldFile
     from contactfem.output.fields import FieldWriter, HeatFieldWriter
+    from contactfem.output.figures.painter import Painter
     from contactfem.output.terminal import Reporter
     from contactfem.output.writer import OutputWriter
+
+OnStep = Callable[[StepReport, Discretisation, State], object]
 
 
 class Recorder:
@@ -42,6 +46,7 @@ class Recorder:
         timers: Where time is booked.
         command: The command that repeats the run.
         resumed: How far the run had come, if it is not a new one.
+        on_step: Called on all ranks after every accepted step.
     """
 
     def __init__(
@@ -53,22 +58,25 @@ class Recorder:
         timers: Timers,
         command: str,
         resumed: Progress | None,
+        on_step: OnStep | None = None,
     ) -> None:
         self._case, self._discretisation, self._timers = case, discretisation, timers
         steps = None if resumed is None else resumed.recorded
         last = steps[-1].t if steps else 0.0
         self._times = [t for t in case.output.times if not _reached(t, last)]
-        self._out = out
+        self._out, self._on_step = out, on_step
         self.segment = 1 if resumed is None else resumed.segment + 1
         self.failures = [] if resumed is None else list(resumed.failures)
         every = case.time.end / max(case.output.snapshots, 1)
         moments = [every * (k + 1) for k in range(case.output.snapshots)]
         self._moments = [t for t in moments if not _reached(t, last)]
         self._pictures = len(moments) - len(self._moments)
+        self._field_file: FieldFile | None = None
         self._fields: FieldWriter | None = None
         self._heat_fields: HeatFieldWriter | None = None
         self._writer: OutputWriter | None = None
         self._voice: Reporter | None = None
+        self._painter: Painter | None = None
         if out is None:
             return
         with timers.book("output"):
@@ -77,27 +85,38 @@ class Recorder:
                 from contactfem.output.terminal import Reporter
                 from contactfem.output.writer import OutputWriter
 
-                self._writer = OutputWriter(out, case, command, account(case), steps)
+                draw = None
+                if case.output.figures:
+                    from contactfem.output.figures.painter import Painter
+
+                    self._painter = Painter()
+                    draw = self._painter.draw
+                self._writer = OutputWriter(out, case, command, account(case), steps, draw)
                 if steps is None:
                     clear_snapshots(out)
                 self._voice = Reporter(case, bar=comm.size == 1)
                 for failure in self.failures:
                     self._writer.failure(failure)
                 self._clear_fields(out)
-            if case.output.fields:
-                comm.barrier()  # the folder is there
-                self._open_fields(out)
+            comm.barrier()  # the folder is there
+            if case.output.fields == "vtkhdf":
+                from contactfem.output.field_file import FieldFile
+
+                self._field_file = FieldFile(case, comm, out, None if steps is None else last)
+            self._open_fields(out)
 
     def _clear_fields(self, out: Path) -> None:
         """Remove the field files of an earlier run, or of what a resumed one does again."""
-        if self._case.output.fields:
+        if self._case.output.fields == "vtx":
             from contactfem.output.fields import remove_later
 
             names = [*self._case.bodies, *(f"{name}_heat" for name in self._case.bodies)]
             remove_later(out, names, max(self.segment, 2))
 
     def _open_fields(self, out: Path) -> None:
-        """Open the field files of the present meshes; collective."""
+        """Open the field files of the present meshes where a file is for one mesh; collective."""
+        if self._case.output.fields != "vtx":
+            return
         from contactfem.output.fields import FieldWriter, HeatFieldWriter
 
         suffix = f"_{self.segment}" if self.segment > 1 else ""
@@ -123,12 +142,17 @@ class Recorder:
         """Close the field files and leave the terminal in order."""
         if self._voice is not None:
             self._voice.__exit__(kind, error, trace)
-        for files in (self._fields, self._heat_fields):
+        for files in (self._fields, self._heat_fields, self._painter):
             if files is not None:
                 files.close()
 
-    def step(self, report: StepReport, state: State) -> None:
+    def step(self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()) -> None:
         """Record an accepted step; collective.
+
+        Args:
+            report: The step.
+            state: The state at its end.
+            errors: Errors of the cells, where meshes adapt.
 
         Raises:
             WriteError: That cannot be done, on the first rank.
@@ -144,6 +168,8 @@ class Recorder:
                 if self._writer is not None:
                     self._writer.interfaces(tables, report.t)
             self._picture(report.t, state)
+            if self._field_file is not None:
+                self._field_file.write(report.t, self._discretisation, state, errors)
             if self._fields is not None:
                 stress = {
                     name: body.cell_stress() for name, body in self._discretisation.bodies.items()
@@ -151,6 +177,8 @@ class Recorder:
                 self._fields.write(report.t, stress)
             if self._heat_fields is not None:
                 self._heat_fields.write(report.t)
+        if self._on_step is not None:
+            self._on_step(report, self._discretisation, state)
 
     def _picture(self, t: float, state: State) -> None:
         """Write a snapshot if one is due at a time [s]; collective."""
@@ -171,7 +199,7 @@ class Recorder:
             if files is not None:
                 files.close()
         self.segment += 1
-        if self._case.output.fields and self._out is not None:
+        if self._out is not None:
             with self._timers.book("output"):
                 self._open_fields(self._out)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,6 +43,7 @@ class OutputWriter:
         command: str,
         account: Account = UNKNOWN,
         steps: Sequence[StepReport] | None = None,
+        draw: Callable[[RunResult, Path], object] | None = None,
     ) -> None:
         """Make the directory and clear it of what an earlier run would leave to confuse.
 
@@ -53,6 +54,7 @@ class OutputWriter:
             account: what the case says, for the summary.
             steps: those that a resumed run has behind it, after which its history goes on; None for
                 a new run.
+            draw: who draws the pictures of a result into a folder; this process without.
 
         Raises:
             CaseError: if the directory cannot be made or written to.
@@ -61,6 +63,7 @@ class OutputWriter:
         self.case = case
         self.command = command
         self.account = account
+        self.draw = draw
         self.failures: list[Failure] = []
         try:
             (self.directory / FIGURES).mkdir(parents=True, exist_ok=True)
@@ -128,7 +131,7 @@ class OutputWriter:
         if self.case.output.figures:
             from contactfem.output.figures.all_figures import draw_all
 
-            draw_all(result, self.directory / FIGURES)
+            (self.draw or draw_all)(result, self.directory / FIGURES)
         summary = summarise(result, values, verdicts, self.command) | asdict(self.account)
         summary["failures"] = [asdict(failure) for failure in self.failures]
         spent = time.perf_counter() - start

@@ -231,6 +231,7 @@ class InterfaceTable:
             area around it (n,) [m].
         depth: what a length of facet stands for (n,) [m]: 1, around an axis the circumference, in
             space the same length again.
+        facets: nodes of the facets (k, nf).
         heat: heat at the nodes; None where it is not solved for.
         mortar_x: current positions of the mortar nodes (k, 2) [m]; empty for an obstacle.
         mortar_pressure: pressure seen from the mortar side (k,) [Pa].
@@ -252,6 +253,7 @@ class InterfaceTable:
     mortar_x: Floats
     mortar_pressure: Floats
     depth: Floats | float = 1.0
+    facets: Ints = field(default_factory=lambda: np.empty((0, 2), np.int64))
     heat: SurfaceHeat | None = None
     traction_vector: Floats | None = None
     slip_vector: Floats | None = None

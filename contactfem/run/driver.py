@@ -16,11 +16,12 @@ from contactfem.checkpoint.format import NAME, Checkpoint, Origin, intact
 from contactfem.checkpoint.state_io import meshes
 from contactfem.common.text import about
 from contactfem.common.timers import Timers
-from contactfem.discretisation.discretise import discretise
+from contactfem.discretisation.discretise import Discretisation, discretise
+from contactfem.discretisation.state import State
 from contactfem.fem.form_cache import compiling
-from contactfem.fem.petsc_options import HEAT, MECHANICS, forget
+from contactfem.fem.petsc_options import HEAT, MECHANICS, available, forget
 from contactfem.output.folder_lock import locked
-from contactfem.output.recorder import Recorder
+from contactfem.output.recorder import OnStep, Recorder
 from contactfem.results.data import RunResult
 from contactfem.run.result import outcome
 from contactfem.run.time_loop import Loop, newton_solver
@@ -41,6 +42,21 @@ class Invocation:
     asked: Callable[[], bool] = bool
 
 
+@dataclass(frozen=True)
+class Solved:
+    """Result of a run and what it was found on.
+
+    Attributes:
+        result: The result.
+        discretisation: The equations on their last meshes.
+        state: The last good state.
+    """
+
+    result: RunResult
+    discretisation: Discretisation
+    state: State
+
+
 def run_case(
     case: Case,
     comm: MPI.Comm,
@@ -48,6 +64,22 @@ def run_case(
     invocation: Invocation | None = None,
     resumed: Checkpoint | None = None,
 ) -> RunResult:
+    """Solve a case; collective. Arguments and errors as for `solve_case`.
+
+    Returns:
+        Its result.
+    """
+    return solve_case(case, comm, out, invocation, resumed).result
+
+
+def solve_case(
+    case: Case,
+    comm: MPI.Comm,
+    out: Path | None,
+    invocation: Invocation | None = None,
+    resumed: Checkpoint | None = None,
+    on_step: OnStep | None = None,
+) -> Solved:
     """Solve a case from time zero, or from a checkpoint, to its end; collective.
 
     Args:
@@ -56,10 +88,11 @@ def run_case(
         out: Folder for the results, None to write nothing.
         invocation: How it was started, from the command line.
         resumed: Where to go on from; its state only counts on the first rank.
+        on_step: Called on all ranks after every accepted step.
 
     Returns:
-        The results; pictures and probes on the first rank only. If the solver gave up they are
-        those of the last good state, with the reason in `message`.
+        The results, with the equations they belong to; pictures and probes on the first rank only.
+        If the solver gave up they are those of the last good state, with the reason in `message`.
 
     Raises:
         CaseError: The case does not fit its meshes.
@@ -69,7 +102,7 @@ def run_case(
     invocation = invocation or Invocation(f"contactfem run {case.path}", 0.0)
     with about(case.path), locked(out, comm):
         try:
-            return _run(case, comm, out, invocation, resumed)
+            return _run(case, comm, out, invocation, resumed, on_step)
         finally:
             forget(MECHANICS, HEAT)
 
@@ -80,7 +113,8 @@ def _run(
     out: Path | None,
     invocation: Invocation,
     resumed: Checkpoint | None,
-) -> RunResult:
+    on_step: OnStep | None,
+) -> Solved:
     """Solve a case or the rest of it; collective."""
     before = dict(resumed.seconds) if resumed is not None else {}
     start = time.perf_counter() - invocation.import_seconds - before.pop("total", 0.0)
@@ -88,6 +122,7 @@ def _run(
     for phase, seconds in (*before.items(), ("import", invocation.import_seconds)):
         timers.add(phase, seconds)
     progress = resumed.progress if resumed is not None else None
+    case, notes = _with_available_solvers(case)
     with compiling(comm):
         given = None
         if resumed is not None:
@@ -97,8 +132,12 @@ def _run(
         solver = newton_solver(case, discretisation, timers) if case.mechanics else None
         origin = Origin(str(case.path.absolute()), case.contents, invocation.command)
         keeper = Checkpointer(case, comm, out, origin, timers, start, invocation.asked)
-        recorder = Recorder(case, comm, out, discretisation, timers, origin.command, progress)
+        recorder = Recorder(
+            case, comm, out, discretisation, timers, origin.command, progress, on_step
+        )
         with recorder:
+            for note in notes:
+                recorder.warning(note)
             loop = Loop(case, discretisation, solver, recorder, keeper, timers, progress)
             if resumed is not None:
                 with intact(resumed.origin.path if out is None else str(out / NAME)):
@@ -117,7 +156,20 @@ def _run(
             if loop.verification is not None:
                 recorder.state(loop.verification.last)
             recorder.finish(result)
-    return result
+    return Solved(result, loop.discretisation, loop.state)
+
+
+def _with_available_solvers(case: Case) -> tuple[Case, list[str]]:
+    """The case with linear solvers that this PETSc has, and what is said of others."""
+    options, note = available(case.solver.petsc, "solver.petsc")
+    changes: dict[str, object] = {"solver": case.solver.model_copy(update={"petsc": options})}
+    notes = [note]
+    if case.heat is not None:
+        options, note = available(case.heat.petsc, "heat.petsc")
+        changes["heat"] = case.heat.model_copy(update={"petsc": options})
+        notes.append(note)
+    notes = [note for note in notes if note]
+    return (case.model_copy(update=changes) if notes else case), notes
 
 
 def _mesh_doubts(case: Case, comm: MPI.Comm) -> list[str]:

@@ -31,7 +31,7 @@ from contactfem.discretisation.observables import forces
 from contactfem.discretisation.state import State, initial_state
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
-from contactfem.results.data import ErrorStep, StepReport
+from contactfem.results.data import ErrorStep, MeshErrors, StepReport
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.run.verdict import heat_verdict
 from contactfem.solvers.diagnosis import explain
@@ -285,20 +285,25 @@ class Loop:
             self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
         self.recorder.remeshed(new)
 
+    @property
+    def _mesh_errors(self) -> tuple[MeshErrors, ...]:
+        """Errors of the cells that were estimated last, where meshes adapt."""
+        return () if self.adaptation is None else self.adaptation.last_meshes
+
     def flush(self) -> None:
         """Record the last accepted step, if it was kept back because it could be taken again."""
         if self.pending is not None:
             report, state = self.pending
             self.pending = None
             state.restore(self.discretisation)
-            self.recorder.step(report, state)
+            self.recorder.step(report, state, self._mesh_errors)
             self.state.restore(self.discretisation)
 
     def _record(self, report: StepReport) -> None:
         """Record an accepted step; with steps that follow their error only after the next one."""
         self.flush()
         if self.adaptation is None or not self.adaptation.repeats:
-            self.recorder.step(report, self.state)
+            self.recorder.step(report, self.state, self._mesh_errors)
         else:
             self.pending = report, copy.copy(self.state)
 

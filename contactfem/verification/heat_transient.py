@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
-from scipy.special import erfc, erfcx
 
 from contactfem.common.typing import Floats
 
@@ -119,6 +118,8 @@ class HalfSpace:
 
 def _ramp(a: Floats, t: float) -> Floats:
     """Return the inverse Laplace transform of exp(-a√s) / s^(3/2)."""
+    from scipy.special import erfc
+
     root = math.sqrt(t)
     decay = 2.0 * root / math.sqrt(math.pi) * np.exp(-(a**2) / (4.0 * t))
     found: Floats = decay - a * erfc(a / (2.0 * root))
@@ -127,6 +128,8 @@ def _ramp(a: Floats, t: float) -> Floats:
 
 def _relaxing(a: Floats, t: float, rate: float) -> Floats:
     """Return the inverse Laplace transform of exp(-a√s) / (s (√s + H)), H > 0."""
+    from scipy.special import erfc, erfcx
+
     y = a / (2.0 * math.sqrt(t))
     found: Floats = (erfc(y) - np.exp(-(y**2)) * erfcx(y + rate * math.sqrt(t))) / rate
     return found
@@ -172,6 +175,8 @@ class HalfSpaces:
 
     def jump(self, t: float) -> float:
         """Difference of the surface temperatures at a time > 0 [s] in K."""
+        from scipy.special import erfcx
+
         w = float(erfcx(self._rate * math.sqrt(t)))
         start = self.nonmortar.start - self.mortar.start
         return start * w + self._drive / self._rate * (1.0 - w)

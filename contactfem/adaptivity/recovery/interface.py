@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from contactfem.adaptivity.recovery.constraints import (
     PENALTY,
@@ -87,6 +86,8 @@ def closest(points: Floats, others: Floats) -> Ints:
     Returns:
         Indices into `others`, shape (k,).
     """
+    from scipy.spatial import cKDTree
+
     found: Ints = cKDTree(others).query(points)[1].astype(np.int64)
     return found
 

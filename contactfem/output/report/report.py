@@ -78,6 +78,29 @@ def verdict_table(summary: Mapping[str, Any]) -> Table:
     return table
 
 
+def verdict_lines(summary: Mapping[str, Any], *, colour: bool) -> list[str]:
+    """The same table as lines of text, without the library that draws others, slow to load.
+
+    Args:
+        summary: of one run.
+        colour: whether to mark what is met in green and what is missed in red.
+
+    Returns:
+        The lines; none where nothing was expected.
+    """
+    found = verdict_rows(summary)
+    if not found:
+        return []
+    rows = [("number", "found", "allowed"), *(row[:3] for row in found)]
+    wide = [max(len(row[k]) for row in rows) for k in range(3)]
+    texts = [f" {row[0]:{wide[0]}}  {row[1]:>{wide[1]}}  {row[2]:>{wide[2]}}" for row in rows]
+    words = {True: ("met", "32"), False: ("missed", "1;31")}
+    marks = [words[row[3]] for row in found]
+    shown = [f"\033[{code}m{word}\033[0m" if colour else word for word, code in marks]
+    lines = [f"{text}  {mark}" for text, mark in zip(texts[1:], shown, strict=True)]
+    return ["", texts[0], " " + "─" * (len(texts[0]) + 7), *lines]
+
+
 def force_columns(summary: Mapping[str, Any]) -> list[tuple[str, str, Callable[[Step], str]]]:
     """Columns of the forces of all interfaces, in one unit.
 

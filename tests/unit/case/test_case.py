@@ -79,7 +79,7 @@ BROKEN = {
     "pressure, slip speed or temperature, ascending, with values >= 0, such as [['0 MPa', 0.5], "
     "['9 MPa', 0.3]]",
     'strain="finit"': "strain = finit: must be one of finite, small; did you mean 'finite'?",
-    'output.fields="yes"': "output.fields = yes: must be true or false",
+    'output.fields="yes"': "output.fields = yes: must be one of vtkhdf, vtx, false",
     "solver.max_iterations=0": "solver.max_iterations = 0: must be >= 1",
     "solver.tolerance=inf": "solver.tolerance = Infinity: must be < 1",
     "bodies.upper.mesh.nx=2.5": "bodies.upper.mesh.nx = 2.5: must be a whole number",

@@ -249,6 +249,7 @@ def test_newly_covered_node_follows_its_neighbour():
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("facets", [1, 2, 11])
 def test_ranks_agree(chains, facets):
     """Ranks share the facets, even too few for all; the operators are those of one rank."""

@@ -171,6 +171,7 @@ def test_rows_of_inactive_nodes_are_empty(chains):
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("name", CASES)
 def test_parts_of_the_ranks_add_up(chains, name):
     """By position they are shares, by multiplier every rank has the whole."""

@@ -5,7 +5,7 @@ import pytest
 from petsc4py import PETSc
 
 from contactfem.errors import CaseError
-from contactfem.fem.petsc_options import configure, forget
+from contactfem.fem.petsc_options import available, configure, forget
 
 
 @pytest.fixture
@@ -57,3 +57,14 @@ def test_what_solvers_were_told_is_taken_back(prefix):
     assert f"{prefix}ksp_type" in PETSc.Options().getAll()
     forget(prefix)
     assert not [name for name in PETSc.Options().getAll() if name.startswith(prefix)]
+
+
+def test_gamg_stands_in_for_hypre_where_that_is_missing(monkeypatch):
+    given = {"ksp_type": "cg", "pc_type": "hypre", "pc_hypre_type": "boomeramg"}
+    monkeypatch.setattr("contactfem.fem.petsc_options.has_package", lambda name: name == "hypre")
+    assert available(given, "solver.petsc") == (given, "")
+    monkeypatch.setattr("contactfem.fem.petsc_options.has_package", lambda name: False)
+    found, note = available(given, "solver.petsc")
+    assert found == {"ksp_type": "cg", "pc_type": "gamg"}
+    assert note.startswith("solver.petsc: this PETSc has no hypre; its own multigrid, GAMG")
+    assert available({"pc_type": "lu"}, "heat.petsc") == ({"pc_type": "lu"}, "")

@@ -201,6 +201,7 @@ def test_another_coupling_pattern_is_right():
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_the_same_on_any_ranks():
     """Conduction, friction and nodal means to 1e-12; a rank may hold no facet."""
     found = []

@@ -146,6 +146,7 @@ def test_nothing_holds_a_steady_temperature():
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("name", ["cG(1)", "dG(1)", "cG(2)"])
 def test_the_same_on_any_ranks(name):
     """Balance and range of temperatures of three steps."""

@@ -28,6 +28,7 @@ def cell_count(domain: mesh.Mesh) -> int:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("n", [1, 7])
 def test_constants_are_averaged_to_themselves(n):
     domain = unit_square(n)
@@ -38,6 +39,7 @@ def test_constants_are_averaged_to_themselves(n):
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_averages_do_not_depend_on_the_ranks():
     """The sum over vertices of the mean of the cells around, weighted to tell cells apart."""
     domain = unit_square(8)
@@ -64,6 +66,7 @@ def test_without_adios2_it_says_so(tmp_path, monkeypatch):
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_a_full_disk_is_noticed_before_anything_is_written(tmp_path, monkeypatch):
     """ADIOS2 ends the process where it cannot write, even after its error was caught."""
     folder = Path(MPI.COMM_WORLD.bcast(str(tmp_path)))
@@ -85,6 +88,7 @@ def test_only_field_files_of_later_parts_are_removed(tmp_path):
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("n", [1, 5])
 def test_one_file_per_body(n, tmp_path):
     folder = Path(MPI.COMM_WORLD.bcast(str(tmp_path)))
@@ -104,7 +108,7 @@ def test_one_file_per_body(n, tmp_path):
 
 def test_no_stresses_without_mechanics(tmp_path):
     """Heat alone writes temperatures, and not a file of displacements that are zero."""
-    case = read_case(CASES / "heated_rod.toml", ["output.figures=false"])
+    case = read_case(CASES / "heated_rod.toml", ["output.figures=false", "output.fields=vtx"])
     run_case(case, MPI.COMM_SELF, tmp_path)
     written = {folder.name for folder in tmp_path.glob("*.bp")}
     assert written == {f"{name}_heat.bp" for name in case.bodies}

@@ -15,7 +15,7 @@ from contactfem.mechanics.bulk_system import System
 from contactfem.solvers.constrained_dofs import ConstrainedDofs
 from contactfem.solvers.substructuring import Substructure, gathered
 
-pytestmark = pytest.mark.mpi
+pytestmark = [pytest.mark.mpi, pytest.mark.quick]
 
 CASE = """
 title = "a block held twice at a corner"

@@ -60,6 +60,7 @@ DISKS = [Disk(radius=1.0, facets=n, layers=n // 8) for n in (16, 128)]
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize(
     ("mechanical", "thermal"),
     [

@@ -29,6 +29,7 @@ def integral(mesh, values):
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_linear_fields_are_kept():
     comm = MPI.COMM_WORLD
     source, target = block(comm, 7, 5), block(comm, 9, 8)
@@ -40,6 +41,7 @@ def test_linear_fields_are_kept():
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_integrals_of_bent_fields_are_kept_far_better_than_by_interpolation():
     comm = MPI.COMM_WORLD
     source, target = block(comm, 20, 20), block(comm, 23, 23)

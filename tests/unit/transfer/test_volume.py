@@ -84,6 +84,7 @@ PAIRS = {
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("name", PAIRS)
 def test_linear_fields_are_reproduced(name: str, back: bool) -> None:
@@ -98,6 +99,7 @@ def test_linear_fields_are_reproduced(name: str, back: bool) -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_the_farthest_vertex() -> None:
     """Corners of the outer 16-gon are those of the octagon, or lie over the middles of its sides.
 
@@ -112,6 +114,7 @@ def test_the_farthest_vertex() -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("make", [disk, wave])
 def test_smooth_fields_at_second_order(make) -> None:
     """The maximal error falls with h², on curved boundaries and inside."""
@@ -126,6 +129,7 @@ def test_smooth_fields_at_second_order(make) -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_the_same_mesh_is_the_identity() -> None:
     data = disk(16)
     operator = transfer(data, replace(data, points=data.points.copy(), groups={}))
@@ -138,6 +142,7 @@ def test_the_same_mesh_is_the_identity() -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("name", PAIRS)
 def test_the_same_matrix_on_all_ranks(name: str) -> None:
     """To the last bit that of one rank alone; some of three ranks may hold no cell."""
@@ -150,6 +155,7 @@ def test_the_same_matrix_on_all_ranks(name: str) -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_other_bodies_are_refused_on_all_ranks() -> None:
     """A mesh moved by less than half a cell passes; farther, the error says how far and whose."""
     data = block(4, "quadrilateral")
@@ -164,6 +170,7 @@ def test_other_bodies_are_refused_on_all_ranks() -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_large_cells_excuse_vertices_of_either_mesh() -> None:
     """A coarse target's corners may lie farther from a fine source than its cells are long."""
     fine, coarse = block(64, "quadrilateral"), block(2, "quadrilateral")
@@ -180,6 +187,7 @@ def mini(body: BodyMesh) -> fem.FunctionSpace:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 @pytest.mark.parametrize("n", [1, 9])
 def test_replicated_and_inserted(n: int) -> None:
     """Scalar, vector and MINI spaces, owned and ghost values, also where a rank has no cell."""
@@ -209,6 +217,7 @@ def test_replicated_and_inserted(n: int) -> None:
 
 
 @pytest.mark.mpi
+@pytest.mark.quick
 def test_from_function_to_function() -> None:
     """A linear displacement of MINI triangles arrives in the bilinear one of quadrilaterals."""
     source, target = spread(block(6)), spread(block(9, "quadrilateral"))

@@ -1,0 +1,1 @@
+"""The fields of a run: a page, pictures, a window."""
