@@ -74,10 +74,10 @@ def _law(case: Case, materials: CellMaterials, *, mixed: bool) -> Law:
     }
     E = max(case.materials[name].E for name in materials.names)
     if first.model == "neo-hooke":
-        energy = linear_elastic if small else neo_hooke
+        built_in = linear_elastic if small else neo_hooke
         with_mean_stress = linear_elastic_mixed if small else neo_hooke_mixed
         mean = with_mean_stress if mixed else None
-        return Law(energy, parameters, E, small, small, mean, reference)
+        return Law(built_in, parameters, E, small, small, mean, reference)
     energy = _user_energy(case, first.model)
     return Law(energy, parameters, E, small, linear=False, reference=reference)
 

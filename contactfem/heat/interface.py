@@ -11,6 +11,7 @@ from contactfem.common.time_table import Table
 from contactfem.common.typing import Floats, Ints
 from contactfem.heat.interface_nodes import HeatNodes
 from contactfem.laws.conductance import ConductanceLaw
+from contactfem.laws.frictional_heat import outflow
 from contactfem.mortar.normals import nodal_normals
 from contactfem.mortar.quadrature import (
     IntegrationPoints,
@@ -142,8 +143,11 @@ class HeatInterface:
             d, raw = np.ones_like(d), 0.0
         scale, defect = self._scale(points.weight * d, raw, power)
         nodes, jump = points.jump()
-        share = np.array((self.law.partition,) * 2 + (self.law.partition - 1.0,) * 2)
-        entering = np.einsum("sq,sqi,i->si", scale * points.weight * d, jump, share)
+        leaves = outflow(np.zeros_like(d), scale * d, self.law.partition)
+        sides = (-leaves.nonmortar, jump[:, :, :2]), (-leaves.mortar, -jump[:, :, 2:])
+        entering = np.concatenate(
+            [np.einsum("sq,sqi->si", points.weight * q, N) for q, N in sides], axis=1
+        )
         friction = np.bincount(nodes.ravel(), entering.ravel(), len(mesh.X)).astype(np.float64)
         conduction = self._matrix(nodes, nodes, jump, jump, points.weight * h)
         means = self._means(points, h, scale * d)

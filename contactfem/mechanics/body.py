@@ -154,8 +154,11 @@ class BodyProblem:
 
     @cached_property
     def _action(self) -> fem.Form:
-        self._increment = fem.Function(self.V)
         return fem.form(ufl.derivative(self._residual_ufl, self.u, self._increment))
+
+    @cached_property
+    def _increment(self) -> fem.Function:
+        return fem.Function(self.V)
 
     def _residual_form(self, loads: Sequence[Load]) -> ufl.Form:
         """Internal minus external virtual work (19)."""

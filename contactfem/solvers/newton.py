@@ -157,7 +157,7 @@ class NewtonSolver:
     @property
     def round_off(self) -> float:
         """Force that round-off may leave over in a body [N/m]."""
-        return float(STALLED * self._stiffness.max() * np.sqrt(self.system.numbering.n_global))
+        return float(STALLED * self._stiffness.max() * np.sqrt(1 + self.system.numbering.n_global))
 
     def _create(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.system.comm)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from contactfem.common.time_table import Table
@@ -136,8 +136,10 @@ def test_rim_rule_of_the_traction(t, t_rim, c, kappa, sign):
 @given(st.floats(-1e6, 1e6), SIGNED, SIGNED, st.floats(0, 2), SCALE)
 def test_every_node_has_one_status(p_trial, t, slip, mu, c):
     """Direction is non-zero only in slip with friction, and then has the trial traction's sign."""
-    status, direction = judge(p_trial, t, slip, mu, c)
     t_trial = t + c * slip
+    # on the bound itself the round-off of the turns decides
+    assume(abs(abs(t_trial) - mu * max(p_trial, 0.0)) > 1e-9 * (abs(t) + c * abs(slip)))
+    status, direction = judge(p_trial, t, slip, mu, c)
     assert (status == Status.OPEN) == (p_trial <= 0)
     if status == Status.SLIP and mu > 0:
         assert direction == np.sign(t_trial)
