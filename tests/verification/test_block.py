@@ -8,6 +8,7 @@ from mpi4py import MPI
 from contactfem.results.expectations import measure
 
 MEDIUM = ("bodies.block.mesh.nx=32", "bodies.block.mesh.ny=32")
+TIGHT = "solver.tolerance=1e-12"
 U = [f"probe.x_{k}" for k in (0, 1, 5, 7, 11)]
 
 
@@ -18,13 +19,14 @@ def medium(solved):
 
 def test_one_step_gives_the_numbers_of_ten(solved, same, medium):
     """The law is positively homogeneous and the bulk linear."""
-    ten = solved("block", *MEDIUM, variant="ten_steps")
+    ten = solved("block", *MEDIUM, TIGHT, variant="ten_steps")
     assert len(ten.steps) == 10
     one, many = measure(medium), measure(ten)
     for key in U:
         assert many[key] == pytest.approx(one[key], rel=1e-9)
     same(medium, ten)
-    assert np.mean([step.iterations for step in ten.steps[1:]]) <= 2
+    usual = solved("block", *MEDIUM, variant="ten_steps")
+    assert np.mean([step.iterations for step in usual.steps[1:]]) <= 2
 
 
 @pytest.mark.parametrize("factor", ["1e-4", "1e-2", "10.0", "100.0"])

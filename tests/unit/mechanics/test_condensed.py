@@ -67,7 +67,7 @@ VARIANTS = {  # what is replaced in the case by what
     "frictionless": ('friction = { law = "coulomb", coefficient = 0.3 }', ""),
     "symmetry line": (LEFT, 'on = "lower.left"\ndisplacement.x = "0 m"'),
     "sides swapped": (PAIR, 'nonmortar = "upper.bottom"\nmortar = "lower.top"'),
-    "sliding": (PUSH, 'displacement = ["0.03 m", "-0.03 m"]'),
+    "sliding": (PUSH, 'displacement = ["0.02 m", "-0.03 m"]'),
     "grip": (PUSH, 'grip = { displacement = { y = "-0.03 m" }, force = { x = "0.002 N/m" } }'),
     "obstacle": (PAIR + "\n", 'nonmortar = "lower.top"\nmortar = "floor"\n'),
 }
