@@ -141,8 +141,8 @@ def _cut(mesh: InterfaceMesh, at: Ints) -> CutMesh:
     n, c = mesh.n_nonmortar, len(at)
     fold = np.concatenate((np.arange(n), at[:, 0], np.arange(n, mesh.n_nodes)))
     facets = mesh.nonmortar.copy()
-    for k, (node, _, facet) in enumerate(at):
-        facets[facet, facets[facet] == node] = n + k
+    starts = facets[at[:, 2], 0] == at[:, 0]  # else the facet ends there
+    facets[at[:, 2], np.where(starts, 0, 1)] = n + np.arange(c)
     return CutMesh(
         n_nonmortar=n + c,
         nonmortar=facets,
@@ -161,8 +161,8 @@ def _moves(mesh: InterfaceMesh, found: Ints, normals: Floats) -> Bools:
     free = mesh.free[found[:, 0]]
     second = mesh.n_nonmortar + np.arange(len(found))
     n = np.stack((normals[found[:, 0]], normals[second]), axis=1)
-    along = (free[:, None, :] & (np.abs(n) > 0.5)).any(axis=2)
-    return np.asarray(free.all(axis=1)[:, None] | along)
+    along = np.any(free[:, None, :] & (np.abs(n) > 0.5), axis=2)
+    return np.asarray(np.logical_or(np.all(free, axis=1, keepdims=True), along))
 
 
 def _nearness(mesh: InterfaceMesh, segments: Segments, facets: Ints, end: int) -> Floats:
@@ -171,4 +171,4 @@ def _nearness(mesh: InterfaceMesh, segments: Segments, facets: Ints, end: int) -
     weight = m[:, (0, 1)].sum(1) if end == 0 else m[:, (1, 2)].sum(1)
     area = np.bincount(segments.facets[:, 0], weight, k)[facets]
     gap = np.bincount(segments.facets[:, 0], m[:, 5 + end], k)[facets]
-    return np.divide(gap, area, out=np.full(len(facets), np.inf), where=area > 0.0)
+    return np.asarray(np.divide(gap, area, out=np.full(len(facets), np.inf), where=area > 0.0))

@@ -34,13 +34,14 @@ def pressed(folder, comm, columns, sides):
         write_msh(folder / "skins.msh", bodies)
         write_case(folder, "skins.msh")
     comm.Barrier()
-    nonmortar, mortar = (side.replace(".", f".{side.split('.')[0]}_") if "skin" in side else side
-                         for side in sides)
+    nonmortar, mortar = (
+        side.replace(".", f".{side.split('.')[0]}_") if "skin" in side else side for side in sides
+    )
     changes = [f"interfaces.rub.nonmortar={nonmortar}", f"interfaces.rub.mortar={mortar}"]
     return measure(run_case(read_case(folder / "case.toml", changes), comm, None))
 
 
-@pytest.mark.parametrize("columns", [(5, 7), (7, 5), (4, 4), (12, 3), (3, 12)])
+@pytest.mark.parametrize("columns", [(5, 7), (4, 4), (12, 3)])
 @pytest.mark.parametrize(
     "sides",
     [SIDES, SIDES[::-1], ("upper.skin", "lower.track"), ("lower.skin", "upper.sole")],
