@@ -162,7 +162,7 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield from heat_words(case)
     yield from adaptivity_words(case)
     if code := [f"{name} ({key})" for key, name in python_code(case)]:
-        yield "python", f"WARNING: runs code: {', '.join(code)}; --no-code refuses that"
+        yield "python", f"runs code: {', '.join(code)}; --no-code refuses that"
     yield "time", f"0 to {case.time.end:g} s, first step {case.time.step:g} s"
     for text in large_loads(case):
         yield "doubtful", text

@@ -17,6 +17,8 @@ from contactfem.mortar.mortar_operators import MortarOperators
 if TYPE_CHECKING:
     from contactfem.heat.interface import HeatExchange
 
+SPACE = 3  # components of a vector, at most
+
 
 def packed(item: Any) -> Tree:
     """Fields of a dataclass or a named tuple, and of those in it, as arrays.
@@ -103,7 +105,12 @@ def check_lengths(tree: Tree, sparse: tuple[int, int], length: int) -> None:
                 raise ValueError(f"'{name}' is of another interface")
         elif isinstance(part, dict):
             check_lengths(part, sparse, length)
-        elif part.dtype.kind not in "biuf" or (part.ndim and len(part) not in (length, sparse[1])):
+        elif (
+            part.dtype.kind not in "biuf"
+            or (part.ndim and len(part) not in (length, sparse[1]))
+            or any(components > SPACE for components in part.shape[1:])
+            or part.ndim > 2
+        ):
             raise ValueError(f"'{name}' is of another interface")
 
 

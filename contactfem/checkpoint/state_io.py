@@ -17,7 +17,7 @@ from contactfem.discretisation.meshes import GivenMeshes
 from contactfem.discretisation.state import State
 from contactfem.fem.body_mesh import BodyMesh
 from contactfem.heat.ringing import Increment, Increments, Zigzag
-from contactfem.meshes.data import MeshData
+from contactfem.meshes.data import FACETS, MeshData
 
 if TYPE_CHECKING:
     from contactfem.thermomechanics.thermal_problem import Thermal
@@ -250,6 +250,8 @@ def _mesh(tree: Tree) -> MeshData:
     points, cells = tree["points"], tree["cells"]
     if points.ndim != 2 or not np.isfinite(points).all() or cells.ndim != 2 or not len(cells):
         raise ValueError("a mesh is none")
+    if tree["cell_type"].ndim or str(tree["cell_type"]) not in FACETS:
+        raise ValueError("a mesh has cells of an unknown kind")
     for numbers in (cells, *groups.values()):
         if numbers.dtype.kind != "i" or numbers.min(initial=0) < 0:
             raise ValueError("a mesh has numbers of nodes that are none")

@@ -7,6 +7,7 @@ modified basis of `mortar`); this passes a uniform pressure on exactly, as at pr
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -49,7 +50,8 @@ def check_shared(meshes: Mapping[str, InterfaceMesh]) -> None:
         CaseError: A surface or a facet has none, so contact would not see it.
     """
     for name, mesh in meshes.items():
-        if not mesh.has_multiplier.any():
+        free = replace(mesh, shared=None).has_multiplier  # what sharing takes is said below
+        if not free.any():
             raise CaseError(
                 f"interface {name}: no node of the nonmortar surface is free to move, so it has no "
                 "multiplier and contact would act on nothing; exchange nonmortar and mortar"

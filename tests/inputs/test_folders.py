@@ -91,7 +91,7 @@ def test_the_first_checkpoint_is_due_after_a_minute(
 
 def test_a_full_disk_ends_with_3(tmp_path: Path) -> None:
     """A file may be 400 kB: fields do not fit, everything else does."""
-    written(tmp_path, CASE.replace("fields = false", "fields = true"))
+    written(tmp_path, CASE.replace("fields = false", 'fields = "vtx"'))
     program = "from contactfem.cli.main import main; raise SystemExit(main())"
     command = f"ulimit -f 400; exec {sys.executable} -c '{program}' run case.toml --out out"
     done = subprocess.run(

@@ -75,7 +75,7 @@ def test_python_of_a_case_is_said_and_refused(
     (tmp_path / "mine.py").write_text(CODE)
     path, ran = write(tmp_path, model="mine.py:energy"), tmp_path / "ran"
     assert main(["check", str(path)]) == ExitCode.DONE
-    assert "WARNING: runs code: mine.py:energy (materials.m.model)" in capsys.readouterr().out
+    assert "runs code: mine.py:energy (materials.m.model)" in capsys.readouterr().out
     for command in (["check"], ["run", "--out", str(tmp_path / "out")]):
         assert main([*command, "--no-code", str(path)]) == ExitCode.BAD_CASE
         assert capsys.readouterr().err == (
