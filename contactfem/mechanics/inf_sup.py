@@ -79,16 +79,18 @@ def multiplier_norm(interface: Interface, operators: LineOperators) -> sp.csr_ma
     Returns:
         S [m³/N], shape (n_nonmortar, n_nonmortar).
     """
-    mesh, x = interface.nodes.mesh, operators.x
+    mesh, surface, x = operators.mesh, operators.surface, operators.own_x
     segments = operators.segments
     facets, e = np.unique(segments.facets[:, 0], return_inverse=True)
     m: Floats = np.zeros((len(facets), 3))
     np.add.at(m, e, segments.integrals[:, :3])
-    ends = mesh.nonmortar[facets]
+    ends = surface.nonmortar[facets]
     h = np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)
-    functions = basis(m, mesh.has_multiplier[ends], mesh.basis)[0]
+    carries = surface.has_multiplier[ends]
+    functions = basis(m, carries, mesh.basis)[0] * carries[:, :, None]
     mass = functions @ m[:, [[0, 1], [1, 2]]] @ functions.transpose(0, 2, 1)
     mass *= (h / interface.contact.law.stiffness)[:, None, None]
+    ends = ends if surface.fold is None else surface.fold[ends]
     rows, cols = ends.repeat(2, axis=1).ravel(), np.tile(ends, (1, 2)).ravel()
     shape = (mesh.n_nonmortar, mesh.n_nonmortar)
     return sp.coo_matrix((mass.ravel(), (rows, cols)), shape).tocsr()

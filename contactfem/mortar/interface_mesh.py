@@ -38,6 +38,7 @@ class InterfaceMesh:
             the node's own position, where a rigid mortar side gives them; None for averaged ones.
         shared: Nonmortar nodes that are on another surface of an interface too, shape (n,); None
             for none.
+        fold: Where corners are cut, node of the whole interface that each node is, shape (n,).
     """
 
     n_nonmortar: int
@@ -49,6 +50,7 @@ class InterfaceMesh:
     axisymmetric: bool = False
     directions: "Directions | None" = None
     shared: Bools | None = None
+    fold: Ints | None = None
 
     @property
     def dim(self) -> int:

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 
 from contactfem.common.typing import Bools, Floats, Ints
+from contactfem.mortar.chains import cut_at_corners, folded, folded_entries, folded_normals
 from contactfem.mortar.interface_mesh import (
     InterfaceMesh,
     facet_lengths,
@@ -124,9 +125,11 @@ def mortar_operators(
     Returns:
         The operators.
     """
-    normals = nodal_normals(mesh, x)
-    segments = find_segments(mesh, x, normals.n, facets, reach)
-    mine, n = assemble(mesh, x, segments, normals), mesh.n_nonmortar
+    surface = cut_at_corners(mesh, x, reach)
+    own_x = x if surface.fold is None else x[surface.fold]
+    normals, n = nodal_normals(surface, own_x), mesh.n_nonmortar
+    segments = find_segments(surface, own_x, normals.n, facets, reach)
+    mine = folded_entries(surface, mesh, assemble(surface, own_x, segments, normals))
     row, col, value = (
         np.concatenate(comm.allgather(part)) if comm.size > 1 else part
         for part in (mine.row, mine.col, mine.value)
@@ -137,13 +140,15 @@ def mortar_operators(
     return LineOperators(
         mesh=mesh,
         x=x,
-        normals=normals,
+        normals=folded_normals(surface, mesh, normals),
         D=D,
         M=sp.coo_matrix((value[at], (row[at], col[at])), (n, mesh.n_nodes)).tocsr(),
         gap=np.divide(weighted, D, out=np.full(n, np.inf), where=D > 0.0),
-        full=full_lengths(mesh, x),
-        size=half_lengths(mesh, x),
+        full=full_lengths(surface, own_x)[:n],
+        size=half_lengths(surface, own_x)[:n],
         segments=segments,
+        surface=surface,
+        own_normals=normals,
     )
 
 
@@ -153,14 +158,25 @@ class LineOperators(MortarOperators):
 
     Attributes:
         segments: This rank's segments.
+        surface: The interface cut at corners; `mesh` itself where none is cut.
+        own_normals: Its normal field, that the segments were cut with.
     """
 
     segments: Segments
+    surface: InterfaceMesh
+    own_normals: NormalField
+
+    @property
+    def own_x(self) -> Floats:
+        """Positions of the nodes of `surface` [m]."""
+        return self.x if self.surface.fold is None else self.x[self.surface.fold]
 
     @cached_property
     def full_derivative(self) -> Sparse:
         """As said of every `MortarOperators`."""
-        return facet_lengths(self.mesh, self.x)[1]
+        by_own, mesh = facet_lengths(self.surface, self.own_x)[1], self.mesh
+        fold = self.surface.fold
+        return by_own if fold is None else folded(fold, by_own, mesh.n_nonmortar, mesh.n_nodes)
 
     def derivative(self, weights: Weights) -> Sparse:
         """As said of every `MortarOperators`."""
@@ -183,8 +199,9 @@ class LineOperators(MortarOperators):
         """Differentiated operators of this rank's facets with an active node."""
         needed = np.asarray(active[self.mesh.nonmortar].any(axis=1))
         chosen = needed[self.segments.facets[:, 0]]
-        segments = differentiated(self.mesh, self.x, self.normals.n, self.segments, chosen)
-        return assemble(self.mesh, self.x, segments, self.normals)
+        surface, x, normals = self.surface, self.own_x, self.own_normals
+        segments = differentiated(surface, x, normals.n, self.segments, chosen)
+        return folded_entries(surface, self.mesh, assemble(surface, x, segments, normals))
 
     def _through_entries(self, weights: Weights, entries: Mortar, sums: int) -> list[Triplets]:
         """Derivative of forces and sums with respect to the entries of D, M and g."""
