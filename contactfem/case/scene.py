@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from contactfem.case.base import (
     BodyForce,
@@ -177,8 +177,21 @@ class Body(Model):
 class Interface(Model):
     """Two surfaces that may touch."""
 
-    nonmortar: str = Field(description='surface "body.surface" that has the multipliers')
-    mortar: str = Field(description='opposite surface "body.surface", or the name of an obstacle')
+    nonmortar: str = Field(
+        default="",
+        description='surface "body.surface" that has the multipliers; give it with `mortar`, or '
+        "give `between`",
+    )
+    mortar: str = Field(
+        default="", description='opposite surface "body.surface", or the name of an obstacle'
+    )
+    between: tuple[str, str] | None = Field(
+        default=None,
+        description="the two sides in any order, in place of `nonmortar` and `mortar`: the program "
+        "chooses, and `check` says why. Nonmortar is the side that does not extend beyond the "
+        "other; else that with facets larger by half or more; else the softer; else the coarser",
+        examples=[["pad.bottom", "floor"]],
+    )
     search_radius: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,
         description="distance within which the surfaces look for each other; by default any "
@@ -210,6 +223,8 @@ class Interface(Model):
         "stress comes of it; how far tied surfaces may be apart",
     )
 
+    _why: str = PrivateAttr(default="")
+
     @field_validator("friction", mode="before")
     @classmethod
     def _named(cls, value: object) -> object:
@@ -218,12 +233,43 @@ class Interface(Model):
         return None if value is False else value
 
     @model_validator(mode="after")
+    def _two_sides(self) -> Self:
+        given = [key for key in ("nonmortar", "mortar") if getattr(self, key)]
+        if self.between is not None and given:
+            raise ValueError(f"give either between, or nonmortar and mortar; found {given[0]} too")
+        if self.between is None and len(given) < 2:
+            lacks = [key for key in ("nonmortar", "mortar") if key not in given]
+            raise ValueError(
+                f"{' and '.join(lacks)}: missing; give nonmortar and mortar, or the two sides in "
+                'any order as between = ["body.surface", "body.surface"]'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.normal.law == "tied":
             for key in ("friction", "interference", "clearance"):
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key}: does not go with normal.law = 'tied'")
         return self
+
+    def with_sides(self, nonmortar: str, mortar: str, why: str) -> "Interface":
+        """The same interface with its sides chosen; they do not count as given.
+
+        Args:
+            nonmortar: Surface that has the multipliers.
+            mortar: The opposite surface, or an obstacle.
+            why: What spoke for this choice.
+        """
+        values = dict(self) | {"nonmortar": nonmortar, "mortar": mortar}
+        chosen = Interface.model_construct(set(self.model_fields_set), **values)
+        chosen._why = why
+        return chosen
+
+    @property
+    def why(self) -> str:
+        """What spoke for the nonmortar side, where the program chose it."""
+        return self._why
 
     def offset(self, t: float, ramp_end: float) -> float:
         """Interference less clearance at a time [m].
