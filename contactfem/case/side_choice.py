@@ -1,4 +1,4 @@
-"""Choice of the nonmortar side of interfaces that only say between which surfaces they are."""
+"""Choice of the nonmortar side of interfaces."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def _reasons(
     softer = max(found.stiffer, 1.0 / found.stiffer)
     by_size = 1 if found.ratio < 1.0 else -1
     by_modulus = 1 if found.stiffer > 1.0 else -1
-    large = f"its facets are {coarser:.2g} times as large"
+    large = f"its facets are {coarser:.3g} times as large"
     yield by_size if coarser >= FINER else 0, large
     yield by_modulus if softer > SAME else 0, f"its material is {softer:.3g} times as soft"
     yield by_size if coarser > SAME else 0, f"its facets are {coarser:.3g} times as large"

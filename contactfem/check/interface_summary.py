@@ -15,7 +15,9 @@ from contactfem.case.search_distances import (
     search_distances,
     side_thickness,
 )
+from contactfem.case.side_choice import FINER
 from contactfem.check.facet_matching import match
+from contactfem.check.side_summary import stiff_and_fine
 from contactfem.check.spatial_gap import gap_to_obstacle, spatial_gap
 from contactfem.common.text import one_line
 from contactfem.common.typing import Floats
@@ -23,8 +25,6 @@ from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import facet_sizes
 from contactfem.meshes.data import Surface
-
-FINER = 1.5  # mortar facets over nonmortar ones from which pressures show the mortar side's corners
 
 
 def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
@@ -58,6 +58,8 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
         yield from _hints(interface, nonmortar, mortar)
     if mortar is not None and case.axes == 3:
         yield from _hints_in_space(interface, nonmortar, mortar)
+    if mortar is not None:
+        yield from stiff_and_fine(interface, (nonmortar, mortar), E_nonmortar / E_mortar)
 
 
 def gap_in_space(case: Case, interface: Interface) -> float | None:

@@ -1,4 +1,4 @@
-"""Comparison of two surfaces that are to touch: sizes of facets, and which one overhangs."""
+"""Comparison of two surfaces: facet sizes, and which one overhangs."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ SHARP = np.cos(np.radians(45.0))  # between normals: a convex corner that ends a
 BESIDE = 0.05  # of a facet: an end so close to an end lies upon it
 NEAR = 1.0  # facet sizes further apart than at the closest place that still count as near
 PAIRS = 2_000_000  # pairs of facets that are looked at in one go
-MOST = 20  # goes, beyond which only every so many-th facet is asked
+MOST = 5  # goes, beyond which only every so many-th facet is asked
 WIDE = {2: 0.5, 3: 0.71}  # distance from the middle to the rim of a facet, over its size
 
 
@@ -66,18 +66,27 @@ def compare(first: Facets, second: Facets) -> Comparison:
         first: One surface.
         second: The other one.
     """
+    ratio, reach = _ratio_and_distance(first, second)
+    if not np.isfinite(reach):
+        return Comparison(ratio, 0, 0)
+    return Comparison(ratio, _overhang(first, second, reach), _overhang(second, first, reach))
+
+
+def size_ratio(first: Facets, second: Facets) -> float:
+    """Size of the second one's facets over that of the first one's [-], where they are closest."""
+    return _ratio_and_distance(first, second)[0]
+
+
+def _ratio_and_distance(first: Facets, second: Facets) -> tuple[float, float]:
+    """Ratio of sizes [-], and distance of the two [m]; infinite where they nowhere face."""
     sizes = [facet_sizes(side.X, side.nodes) for side in (first, second)]
     asked, other, distance = _nearest(first, second)
-    if not np.isfinite(distance).any():
-        return Comparison(float(np.median(sizes[1]) / np.median(sizes[0])), 0, 0)
-    own, opposite = sizes[0][asked], sizes[1][other]
     reach = float(distance.min())
+    if not np.isfinite(reach):
+        return float(np.median(sizes[1]) / np.median(sizes[0])), reach
+    own, opposite = sizes[0][asked], sizes[1][other]
     near = distance <= reach + NEAR * np.maximum(own, opposite)
-    return Comparison(
-        float(np.median(opposite[near] / own[near])),
-        _overhang(first, second, reach),
-        _overhang(second, first, reach),
-    )
+    return float(np.median(opposite[near] / own[near])), reach
 
 
 def surface_ends(side: Facets) -> Ints:
