@@ -24,6 +24,7 @@ from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import facet_sizes
+from contactfem.geometry.side_comparison import Facets
 from contactfem.meshes.data import Surface
 
 
@@ -59,7 +60,9 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
     if mortar is not None and case.axes == 3:
         yield from _hints_in_space(interface, nonmortar, mortar)
     if mortar is not None:
-        yield from stiff_and_fine(interface, (nonmortar, mortar), E_nonmortar / E_mortar)
+        facets = Facets(nonmortar.X, nonmortar.facets), Facets(mortar.X, mortar.facets)
+        if text := stiff_and_fine(case, interface, facets):
+            yield f"WARNING: {text}"
 
 
 def gap_in_space(case: Case, interface: Interface) -> float | None:

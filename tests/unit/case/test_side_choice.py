@@ -157,7 +157,7 @@ MISTAKES = [
      "'body.surface'"),
     ({"between": ["pad.bottom", "pad.bottom"]}, "interfaces.foot.between.1 = pad.bottom: is the "
      "first side too; give another surface"),
-    ({"between": ["floor", "wall"]}, "interfaces.foot.between: both sides are obstacles; one must "),
+    ({"between": ["floor", "wall"]}, "interfaces.foot.between: both sides are obstacles; one "),
     ({"between": ["pad.bottom"]}, "interfaces.foot.between.1: is missing"),
     ({"between": ["pad.bottom", "slab.top"], "heat": {"partition": 0.2}}, "interfaces.foot.heat."
      "partition = 0.2: is the share of the nonmortar side; give nonmortar and mortar in place"),
@@ -214,3 +214,23 @@ def test_both_orders_give_one_answer():
     assert pressures[0].max() > 1e3
     for found in pressures[1:]:
         assert np.allclose(found, pressures[0], rtol=1e-12, atol=1e-12 * pressures[0].max())
+
+
+@pytest.mark.mpi
+def test_a_run_warns_of_a_stiff_and_fine_nonmortar_side():
+    """Not of one that is stiff alone, fine alone, or chosen; `check` says the same."""
+    soft, said = "rubber", {}
+    for name, n, material in (("both", 8, soft), ("stiff", 4, soft), ("fine", 8, "steel")):
+        raw = contents(block(n, y="1 m"), block(4, material=material))
+        raw["interfaces"]["foot"] = {"nonmortar": "pad.bottom", "mortar": "slab.top"}
+        case = Case.from_dict(raw)
+        said[name] = run_case(case, MPI.COMM_WORLD, None).warnings
+        assert all(f"WARNING: {text.partition(': ')[2]}" in check_case(case) for text in said[name])
+    assert said == {
+        "both": (
+            "interfaces.foot: pad.bottom is 100 times as stiff as slab.top, whose facets are 2 "
+            "times as large: pressures will be too high; better with slab.top as nonmortar",
+        ),
+        "stiff": (),
+        "fine": (),
+    }
