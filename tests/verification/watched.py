@@ -1,6 +1,6 @@
 """Runs of cases that are watched step by step, and true errors of their fields."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from unittest.mock import patch
 
 import numpy as np
@@ -19,7 +19,7 @@ from contactfem.discretisation.state import State
 from contactfem.fem.gathered_mesh import MeshView
 from contactfem.fem.vertex_values import VertexValues
 from contactfem.output.recorder import Recorder
-from contactfem.results.data import RunResult, StepReport
+from contactfem.results.data import MeshErrors, RunResult, StepReport
 from contactfem.run import driver as run
 
 Watcher = Callable[[StepReport, State, Discretisation], None]
@@ -29,8 +29,10 @@ def watch(case: Case, watcher: Watcher, comm: MPI.Comm = MPI.COMM_SELF) -> RunRe
     """Run a case; the watcher sees every accepted step, with the bodies in its state."""
 
     class Watching(Recorder):
-        def step(self, report: StepReport, state: State) -> None:
-            super().step(report, state)
+        def step(
+            self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()
+        ) -> None:
+            super().step(report, state, errors)
             watcher(report, state, self._discretisation)
 
     with patch.object(run, "Recorder", Watching):
