@@ -82,7 +82,8 @@ def difference(case: Case, first: str, second: str) -> Difference:
     Raises:
         CaseError: A body that cannot be meshed, or a surface that is not there.
     """
-    sides, moduli = [], []
+    sides: list[Facets] = []
+    moduli: list[float] = []
     for on in (first, second):
         body, _, surface = on.partition(".")
         data = built_mesh(case, body, "mesh")
@@ -92,9 +93,9 @@ def difference(case: Case, first: str, second: str) -> Difference:
         found = data.surface(surface)
         sides.append(Facets(found.X, found.facets))
         moduli.append(surface_modulus(case, body, surface, data))
-    found = compare(*sides)
-    overhang = found.first_overhangs - found.second_overhangs
-    return Difference(found.ratio, moduli[1] / moduli[0], overhang)
+    compared = compare(sides[0], sides[1])
+    overhang = compared.first_overhangs - compared.second_overhangs
+    return Difference(compared.ratio, moduli[1] / moduli[0], overhang)
 
 
 def _chosen(case: Case, name: str, taken: dict[str, str]) -> tuple[str, str, str]:

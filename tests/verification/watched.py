@@ -29,9 +29,7 @@ def watch(case: Case, watcher: Watcher, comm: MPI.Comm = MPI.COMM_SELF) -> RunRe
     """Run a case; the watcher sees every accepted step, with the bodies in its state."""
 
     class Watching(Recorder):
-        def step(
-            self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()
-        ) -> None:
+        def step(self, report: StepReport, state: State, errors: Sequence[MeshErrors] = ()) -> None:
             super().step(report, state, errors)
             watcher(report, state, self._discretisation)
 
