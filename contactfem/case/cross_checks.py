@@ -18,7 +18,7 @@ from contactfem.common.text import nearest
 from contactfem.meshes import MeshFile
 
 if TYPE_CHECKING:
-    from contactfem.case.scene import Condition
+    from contactfem.case.scene import Condition, Interface
     from contactfem.case.schema import Case
 
 
@@ -135,27 +135,53 @@ def _interfaces(case: Case) -> Iterator[str]:
     carriers: dict[str, str] = {}
     for name, sides in case.interfaces.items():
         key = f"interfaces.{name}"
-        if sides.nonmortar in case.obstacles:
-            yield f"{key}.nonmortar = {sides.nonmortar}: an obstacle can only be the mortar side"
-        else:
-            yield from _surface(case, f"{key}.nonmortar", sides.nonmortar)
-        if "." in sides.mortar:
-            yield from _surface(case, f"{key}.mortar", sides.mortar)
-        elif sides.mortar not in case.obstacles:
-            if sides.mortar in case.bodies:
-                yield f"{key}.mortar = {sides.mortar}: must be 'body.surface'"
-            else:
-                yield _unknown(f"{key}.mortar", sides.mortar, "obstacle", case.obstacles)
+        yield from _between(case, key, sides) if sides.between else _sides(case, key, sides)
         if sides.multiplier == "standard" and case.solver.system != "saddle":
             yield (
                 f"{key}.multiplier = standard: cannot be eliminated; "
                 f'set solver.system = "saddle" or multiplier = "dual"'
             )
-        if sides.mortar == sides.nonmortar:
-            yield f"{key}.mortar = {sides.mortar}: is the nonmortar side too; give another surface"
-        first = carriers.setdefault(sides.nonmortar, name)
+        first = name if sides.between else carriers.setdefault(sides.nonmortar, name)
         if first != name:
             yield f"{key}.nonmortar = {sides.nonmortar}: is the nonmortar side of '{first}' already"
+
+
+def _sides(case: Case, key: str, sides: Interface) -> Iterator[str]:
+    """Check the two sides of an interface that says which one is nonmortar."""
+    if sides.nonmortar in case.obstacles:
+        yield f"{key}.nonmortar = {sides.nonmortar}: an obstacle can only be the mortar side"
+    else:
+        yield from _surface(case, f"{key}.nonmortar", sides.nonmortar)
+    yield from _side(case, f"{key}.mortar", sides.mortar)
+    if sides.mortar == sides.nonmortar:
+        yield f"{key}.mortar = {sides.mortar}: is the nonmortar side too; give another surface"
+
+
+def _between(case: Case, key: str, sides: Interface) -> Iterator[str]:
+    """Check the two sides of an interface that leaves the choice to the program."""
+    first, second = sides.between or ("", "")
+    yield from _side(case, f"{key}.between.0", first)
+    yield from _side(case, f"{key}.between.1", second)
+    if first == second:
+        yield f"{key}.between.1 = {second}: is the first side too; give another surface"
+    obstacles = [side for side in (first, second) if side in case.obstacles]
+    if len(obstacles) == 2:
+        yield f"{key}.between: both sides are obstacles; one must be 'body.surface'"
+    if "partition" in sides.heat.model_fields_set and not obstacles:
+        yield (
+            f"{key}.heat.partition = {sides.heat.partition:g}: is the share of the nonmortar side; "
+            "give nonmortar and mortar in place of between"
+        )
+
+
+def _side(case: Case, key: str, on: str) -> Iterator[str]:
+    """Check "body.surface" or the name of an obstacle."""
+    if "." in on:
+        yield from _surface(case, key, on)
+    elif on in case.bodies:
+        yield f"{key} = {on}: must be 'body.surface'"
+    elif on not in case.obstacles:
+        yield _unknown(key, on, "obstacle", case.obstacles)
 
 
 def _conditions(case: Case) -> Iterator[str]:

@@ -2,7 +2,8 @@
 
 from typing import Literal
 
-from contactfem.case.scene import Body, Material
+from contactfem.case.materials import Material
+from contactfem.case.scene import Body
 
 SIMPLICES = ("triangle", "tetrahedron")
 INCOMPRESSIBLE = 20.0  # K/μ, that is ν = 0.475, above which linear simplices are far too stiff

@@ -95,10 +95,28 @@ def _merged(old: Any, new: Any, where: str) -> Any:
         return _list_merged(old, new, where)
     if _replaces(old, new):
         return new
-    merged = dict(old)
+    merged = _without_other_sides(old, new)
     for key, value in new.items():
         merged[key] = _merged(old[key], value, f"{where}{key}.") if key in old else value
     return merged
+
+
+def _without_other_sides(old: Raw, new: Raw) -> Raw:
+    """Table of an interface, without what the new one says in another way.
+
+    `between` takes the place of `nonmortar` and `mortar`. One of these takes that of `between`, and
+    leaves the other side as it is.
+    """
+    left = dict(old)
+    if "between" in new:
+        left.pop("nonmortar", None)
+        left.pop("mortar", None)
+    elif "between" in old and new.keys() & {"nonmortar", "mortar"}:
+        pair = left.pop("between")
+        for key, opposite in (("nonmortar", "mortar"), ("mortar", "nonmortar")):
+            if isinstance(pair, list) and len(pair) == 2 and new.get(key) in pair:
+                left[opposite] = pair[1 - pair.index(new[key])]
+    return left
 
 
 def _replaces(old: Raw, new: Raw) -> bool:

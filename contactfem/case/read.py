@@ -13,6 +13,7 @@ from contactfem.case.error_messages import error_lines
 from contactfem.case.material_library import with_library
 from contactfem.case.overrides import override, with_variant
 from contactfem.case.schema import Case, force_unit
+from contactfem.case.side_choice import with_chosen_sides, with_provisional_sides
 from contactfem.common.text import one_line
 from contactfem.errors import CaseError, MeshError
 
@@ -66,6 +67,7 @@ def case_of(raw: dict[str, Any], path: Path) -> Case:
     context = {"strict_units": True, "folder": path.parent, "axes": axes, "units": units}
     try:
         case = Case.model_validate({**raw, "path": path, "contents": contents}, context=context)
+        case = with_provisional_sides(case)
         lines = [f"{path}: {one_line(line)}" for line in broken_links(case)]
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {s}" for s in error_lines(error, Case, raw))) from None
@@ -73,7 +75,8 @@ def case_of(raw: dict[str, Any], path: Path) -> Case:
         raise CaseError(f"{path}: {one_line(str(error))}") from None
     if lines:
         raise CaseError("\n".join(lines))
-    return case
+    between = any(sides.between is not None for sides in case.interfaces.values())
+    return with_chosen_sides(case) if between else case
 
 
 def _toml(path: Path) -> dict[str, Any]:

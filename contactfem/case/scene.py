@@ -1,8 +1,8 @@
-"""What stands in a scene: materials, bodies, obstacles, interfaces, conditions and probes."""
+"""What stands in a scene: bodies, obstacles, interfaces, conditions and probes."""
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from contactfem.case.base import (
     BodyForce,
@@ -16,110 +16,18 @@ from contactfem.case.interface_laws import Friction, InterfaceHeat, NormalLaw
 from contactfem.common.time_table import Table, constant
 from contactfem.common.units import (
     Conductance,
-    Conductivity,
-    Density,
-    Expansion,
     Given,
-    HeatCapacity,
     HeatFluxField,
     HeatSourceField,
     Length,
     LengthTable,
-    Number,
-    Pressure,
     PressureField,
-    Temperature,
     TemperatureField,
     TemperatureTable,
 )
 from contactfem.meshes import MeshSpec
 
-Modulus = Annotated[Pressure, Field(gt=0)]
-Poisson = Annotated[float, Field(strict=True, gt=-1, lt=0.5, allow_inf_nan=False)]
 Position = Annotated[tuple[Length, ...], Field(min_length=2, max_length=3)]
-
-
-class Material(Model):
-    """Isotropic solid with a pair of moduli: K and μ, or E and ν."""
-
-    model: Annotated[str, Field(pattern=r"^(neo-hooke|[^:]+\.py:[A-Za-z_]\w*)$")] = Field(
-        default="neo-hooke",
-        description='"neo-hooke", or a strain energy of your own as "file.py:function"',
-    )
-    bulk_modulus: Modulus | None = Field(
-        default=None, description="bulk modulus K; give it with `shear_modulus`"
-    )
-    shear_modulus: Modulus | None = Field(
-        default=None, description="shear modulus μ; give it with `bulk_modulus`"
-    )
-    youngs_modulus: Modulus | None = Field(
-        default=None, description="Young's modulus E; give it with `poisson_ratio`"
-    )
-    poisson_ratio: Poisson | None = Field(
-        default=None, description="Poisson's ratio ν; give it with `youngs_modulus`"
-    )
-    expansion: Expansion = Field(
-        default=0.0, description="coefficient of linear thermal expansion α"
-    )
-    density: Annotated[Density, Field(gt=0)] | None = Field(
-        default=None, description="density ρ₀ of the reference configuration"
-    )
-    conductivity: Annotated[Conductivity, Field(gt=0)] | None = Field(
-        default=None, description="thermal conductivity k"
-    )
-    heat_capacity: Annotated[HeatCapacity, Field(gt=0)] | None = Field(
-        default=None, description="heat capacity c per mass"
-    )
-    reference_temperature: Annotated[Temperature, Field(gt=0)] | None = Field(
-        default=None,
-        description="absolute temperature of the stress-free state, that expansion counts from; "
-        "with it all temperatures of the case are absolute",
-    )
-    parameters: dict[str, Number] = Field(
-        default={}, description="numbers for a strain energy of your own, by name"
-    )
-
-    @model_validator(mode="after")
-    def _one_pair(self) -> Self:
-        pairs = (
-            (self.bulk_modulus, self.shear_modulus),
-            (self.youngs_modulus, self.poisson_ratio),
-        )
-        full = [None not in pair for pair in pairs]
-        given = [any(value is not None for value in pair) for pair in pairs]
-        if sum(full) != 1 or sum(given) != 1:
-            raise ValueError(
-                "give either bulk_modulus and shear_modulus, or youngs_modulus and poisson_ratio"
-            )
-        return self
-
-    @property
-    def K(self) -> float:
-        """Bulk modulus [Pa]."""
-        if self.bulk_modulus is not None:
-            return self.bulk_modulus
-        return self.E / (3.0 * (1.0 - 2.0 * self.nu))
-
-    @property
-    def mu(self) -> float:
-        """Shear modulus [Pa]."""
-        if self.shear_modulus is not None:
-            return self.shear_modulus
-        return self.E / (2.0 * (1.0 + self.nu))
-
-    @property
-    def E(self) -> float:
-        """Young's modulus [Pa]."""
-        if self.youngs_modulus is not None:
-            return self.youngs_modulus
-        return 9.0 * self.K * self.mu / (3.0 * self.K + self.mu)
-
-    @property
-    def nu(self) -> float:
-        """Poisson's ratio [-]."""
-        if self.poisson_ratio is not None:
-            return self.poisson_ratio
-        return (3.0 * self.K - 2.0 * self.mu) / (2.0 * (3.0 * self.K + self.mu))
 
 
 class Body(Model):
@@ -177,8 +85,21 @@ class Body(Model):
 class Interface(Model):
     """Two surfaces that may touch."""
 
-    nonmortar: str = Field(description='surface "body.surface" that has the multipliers')
-    mortar: str = Field(description='opposite surface "body.surface", or the name of an obstacle')
+    nonmortar: str = Field(
+        default="",
+        description='surface "body.surface" that has the multipliers; give it with `mortar`, or '
+        "give `between`",
+    )
+    mortar: str = Field(
+        default="", description='opposite surface "body.surface", or the name of an obstacle'
+    )
+    between: tuple[str, str] | None = Field(
+        default=None,
+        description="the two sides in any order, in place of `nonmortar` and `mortar`: the program "
+        "chooses, and `check` says why. Nonmortar is the side that does not extend beyond the "
+        "other; else that with facets larger by half or more; else the softer; else the coarser",
+        examples=[["pad.bottom", "floor"]],
+    )
     search_radius: Annotated[Length, Field(gt=0)] | None = Field(
         default=None,
         description="distance within which the surfaces look for each other; by default any "
@@ -210,6 +131,8 @@ class Interface(Model):
         "stress comes of it; how far tied surfaces may be apart",
     )
 
+    _why: str = PrivateAttr(default="")
+
     @field_validator("friction", mode="before")
     @classmethod
     def _named(cls, value: object) -> object:
@@ -218,12 +141,43 @@ class Interface(Model):
         return None if value is False else value
 
     @model_validator(mode="after")
+    def _two_sides(self) -> Self:
+        given = [key for key in ("nonmortar", "mortar") if getattr(self, key)]
+        if self.between is not None and given:
+            raise ValueError(f"give either between, or nonmortar and mortar; found {given[0]} too")
+        if self.between is None and len(given) < 2:
+            lacks = [key for key in ("nonmortar", "mortar") if key not in given]
+            raise ValueError(
+                f"{' and '.join(lacks)}: missing; give nonmortar and mortar, or the two sides in "
+                'any order as between = ["body.surface", "body.surface"]'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.normal.law == "tied":
             for key in ("friction", "interference", "clearance"):
                 if getattr(self, key) is not None:
                     raise ValueError(f"{key}: does not go with normal.law = 'tied'")
         return self
+
+    def with_sides(self, nonmortar: str, mortar: str, why: str) -> "Interface":
+        """The same interface with its sides chosen; they do not count as given.
+
+        Args:
+            nonmortar: Surface that has the multipliers.
+            mortar: The opposite surface, or an obstacle.
+            why: What spoke for this choice.
+        """
+        values = dict(self) | {"nonmortar": nonmortar, "mortar": mortar}
+        chosen = Interface.model_construct(set(self.model_fields_set), **values)
+        chosen._why = why
+        return chosen
+
+    @property
+    def why(self) -> str:
+        """What spoke for the nonmortar side, where the program chose it."""
+        return self._why
 
     def offset(self, t: float, ramp_end: float) -> float:
         """Interference less clearance at a time [m].

@@ -9,8 +9,9 @@ from pydantic import Field, field_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from contactfem.case.base import Flag, Model, Name
+from contactfem.case.materials import Material
 from contactfem.case.obstacles import Obstacle
-from contactfem.case.scene import Body, Condition, Interface, Material, Probe
+from contactfem.case.scene import Body, Condition, Interface, Probe
 from contactfem.case.settings import (
     Adaptivity,
     ClosedForm,

@@ -10,7 +10,7 @@ from contactfem.common.unit_parser import UnitError, has_zero, split
 from contactfem.common.user_function import is_reference
 
 if TYPE_CHECKING:
-    from contactfem.case.scene import Material
+    from contactfem.case.materials import Material
     from contactfem.case.schema import Case
     from contactfem.common.units import Given
 

@@ -8,8 +8,9 @@ import numpy.typing as npt
 
 from contactfem.case.body_meshes import built_mesh, mesh_files, mesh_remarks
 from contactfem.case.element_choice import describe_element
+from contactfem.case.materials import Material
 from contactfem.case.python_code import python_code
-from contactfem.case.scene import Interface, Material
+from contactfem.case.scene import Interface
 from contactfem.case.schema import Case
 from contactfem.check.adaptivity_summary import adaptivity_words
 from contactfem.check.heat_summary import heat_words
@@ -17,6 +18,7 @@ from contactfem.check.initial_gaps import nearest_place, obstacle_gap, plane_fig
 from contactfem.check.interface_summary import gap_in_space, interface_facts, outlines_of
 from contactfem.check.plausibility import large_loads, odd_motions
 from contactfem.check.resolved_values import listing
+from contactfem.check.side_summary import chosen_sides
 from contactfem.common.text import nearest, one_line
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering
@@ -134,8 +136,8 @@ def _check_file(case: Case, body: str, mesh: MeshFile, lines: dict[str, Floats])
     doubts = "".join(f"; {text}" for text in mesh.read.doubts)
     named = [(f"conditions.{k}.on", c.on) for k, c in enumerate(case.conditions)]
     for name, sides in case.interfaces.items():
-        named.append((f"interfaces.{name}.nonmortar", sides.nonmortar))
-        named.append((f"interfaces.{name}.mortar", sides.mortar))
+        for key, on in (("nonmortar", sides.nonmortar), ("mortar", sides.mortar)):
+            named.append((f"interfaces.{name}.{'between' if sides.between else key}", on))
     for key, on in named:
         owner, dot, surface = on.partition(".")
         if owner == body and dot and surface not in lines:
@@ -151,6 +153,8 @@ def _scene(case: Case) -> Iterator[tuple[str, str]]:
     yield "mechanics", f"{case.dimension}, {motion}"
     count = len(case.interfaces)
     yield "contact", f"on: {count} interface{'s' if count > 1 else ''}" if count else "off"
+    for text in chosen_sides(case):
+        yield "sides", text
     if case.interfaces:
         yield "system", _system(case)
     friction = [

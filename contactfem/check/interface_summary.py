@@ -15,16 +15,17 @@ from contactfem.case.search_distances import (
     search_distances,
     side_thickness,
 )
+from contactfem.case.side_choice import FINER
 from contactfem.check.facet_matching import match
+from contactfem.check.side_summary import stiff_and_fine
 from contactfem.check.spatial_gap import gap_to_obstacle, spatial_gap
 from contactfem.common.text import one_line
 from contactfem.common.typing import Floats
 from contactfem.common.unit_display import engineering, scale_for
 from contactfem.errors import CaseError, MeshError
 from contactfem.geometry.facets import facet_sizes
+from contactfem.geometry.side_comparison import Facets
 from contactfem.meshes.data import Surface
-
-FINER = 1.5  # mortar facets over nonmortar ones from which pressures show the mortar side's corners
 
 
 def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
@@ -58,6 +59,10 @@ def interface_facts(case: Case, interface: Interface) -> Iterator[str]:
         yield from _hints(interface, nonmortar, mortar)
     if mortar is not None and case.axes == 3:
         yield from _hints_in_space(interface, nonmortar, mortar)
+    if mortar is not None:
+        facets = Facets(nonmortar.X, nonmortar.facets), Facets(mortar.X, mortar.facets)
+        if text := stiff_and_fine(case, interface, facets):
+            yield f"WARNING: {text}"
 
 
 def gap_in_space(case: Case, interface: Interface) -> float | None:

@@ -10,7 +10,8 @@ from contactfem.case.base import AXES
 from contactfem.case.body_meshes import ON_AXIS
 from contactfem.case.cell_materials import CellMaterials, cell_materials
 from contactfem.case.element_choice import element_of
-from contactfem.case.scene import Condition, Material
+from contactfem.case.materials import Material
+from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.case.temperature_scale import given_temperature, reference_temperature
 from contactfem.common import user_function as functions

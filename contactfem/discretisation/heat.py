@@ -8,7 +8,8 @@ from mpi4py import MPI
 
 from contactfem.case.cell_materials import CellMaterials
 from contactfem.case.law_factory import conductance_law, varies
-from contactfem.case.scene import Condition, Material
+from contactfem.case.materials import Material
+from contactfem.case.scene import Condition
 from contactfem.case.schema import Case
 from contactfem.case.temperature_scale import initial_temperature
 from contactfem.common.time_table import Table

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from contactfem.case.body_meshes import mesh_remarks
 from contactfem.case.schema import Case
+from contactfem.check.side_summary import stiff_and_fine
 from contactfem.checkpoint.checkpointer import Checkpointer
 from contactfem.checkpoint.format import NAME, Checkpoint, Origin, intact
 from contactfem.checkpoint.state_io import meshes
@@ -20,6 +21,7 @@ from contactfem.discretisation.discretise import Discretisation, discretise
 from contactfem.discretisation.state import State
 from contactfem.fem.form_cache import compiling
 from contactfem.fem.petsc_options import HEAT, MECHANICS, available, forget
+from contactfem.geometry.side_comparison import Facets
 from contactfem.output.folder_lock import locked
 from contactfem.output.recorder import OnStep, Recorder
 from contactfem.results.data import RunResult
@@ -143,7 +145,7 @@ def _run(
                 with intact(resumed.origin.path if out is None else str(out / NAME)):
                     loop.restore(resumed)
             else:
-                for text in _mesh_doubts(case, comm):
+                for text in (*_mesh_doubts(case, comm), *_side_doubts(case, discretisation)):
                     loop.warn(text)
             message = loop.run()
             loop.flush()
@@ -179,3 +181,15 @@ def _mesh_doubts(case: Case, comm: MPI.Comm) -> list[str]:
         doubts = [f"{where}: {text}" for where, text, doubtful in mesh_remarks(case) if doubtful]
     found: list[str] = comm.bcast(doubts)
     return found
+
+
+def _side_doubts(case: Case, discretisation: Discretisation) -> Iterator[str]:
+    """What is doubtful about the choice of nonmortar sides; the same on all ranks."""
+    for interface in discretisation.interfaces:
+        sides, mesh = case.interfaces[interface.name], interface.nodes.mesh
+        if sides.mortar in case.obstacles:
+            continue
+        tensor = [0, 1] if mesh.dim == 2 else [0, 1, 3, 2]
+        first, second = (Facets(mesh.X, f[:, tensor]) for f in (mesh.nonmortar, mesh.mortar))
+        if text := stiff_and_fine(case, sides, (first, second)):
+            yield f"interfaces.{interface.name}: {text}"

@@ -30,7 +30,7 @@ BROKEN = {
     'interfaces.joint.slave="x"': "interfaces.joint.slave: unknown key; did you mean 'nonmortar'?",
     'interfaces.joint.master="x"': "interfaces.joint.master: unknown key; did you mean 'mortar'?",
     'interfaces.joint.primary="x"': "interfaces.joint.primary: unknown key; known: nonmortar, "
-    "mortar, search_radius, multiplier, normal, friction, heat, "
+    "mortar, between, search_radius, multiplier, normal, friction, heat, "
     "interference, clearance, adjust",
     "interfaces.joint.friction.mu=0.3": "interfaces.joint.friction.mu: unknown key; did you mean "
     "'coefficient'?",

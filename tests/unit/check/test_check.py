@@ -195,6 +195,21 @@ def test_a_surface_without_facets(with_file):
         check_case(read_case(with_file, [FROM_FILE]))
 
 
+def test_sides_are_chosen_of_mesh_files(with_file):
+    """As of the builder's mesh; a surface that the file lacks is named."""
+    between = 'interfaces.joint.between=["upper.bottom", "lower.top"]'
+    built = read_case(TWO, [between]).interfaces["joint"]
+    found = read_case(with_file, [FROM_FILE, between]).interfaces["joint"]
+    assert found.why
+    assert (found.nonmortar, found.why) == (built.nonmortar, built.why)
+    with pytest.raises(CaseError) as caught:
+        read_case(with_file, [FROM_FILE, between.replace("bottom", "botom")])
+    assert str(caught.value) == (
+        f"{with_file}: interfaces.joint.between = upper.botom: 'upper' has no surface 'botom' with "
+        "facets; did you mean 'bottom'?"
+    )
+
+
 def test_a_surface_in_several_chains_holds_its_body(with_file):
     """Conditions and interfaces on both sides of a body at once, as a mesh file may group them."""
     mesh = with_file.parent / "upper.msh"

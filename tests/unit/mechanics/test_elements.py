@@ -10,8 +10,9 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from contactfem.case.element_choice import element_of
+from contactfem.case.materials import Material
 from contactfem.case.read import read_case
-from contactfem.case.scene import Body, Material
+from contactfem.case.scene import Body
 from contactfem.check.check import check_case
 from contactfem.common.time_table import Table, constant
 from contactfem.common.timers import Timers
