@@ -56,7 +56,7 @@ def test_a_linear_bulk_is_factorised_once(stem: str, variant: str | None) -> Non
     ("stem", "variant", "overrides"),
     [
         ("ironing", "pressed", ["time.end='0.3 s'"]),
-        ("ironing", None, ["time.end='1.05 s'", "time.step='0.05 s'"]),
+        ("ironing", None, ["time.end='1.05 s'", "time.step='0.025 s'"]),
     ],
     ids=["pressed", "drawn"],
 )

@@ -141,7 +141,7 @@ def test_points_stay_and_a_probe_is_a_node(tmp_path):
 
 
 def test_only_named_bodies_get_new_meshes(tmp_path):
-    case = case_of(tmp_path, RUBBED, 'adaptivity.bodies=["upper"]', "adaptivity.heat=0.2")
+    case = case_of(tmp_path, RUBBED, 'adaptivity.bodies=["upper"]', "adaptivity.heat=0.025")
     result = run.run_case(case, MPI.COMM_SELF, None)
     assert result.converged
     remeshes = [new for step in result.steps for new in step.errors.remeshes]
@@ -172,7 +172,9 @@ def test_the_problem_without_new_meshes_keeps_what_it_has(tmp_path):
         assert state.conditions == after.conditions
         return after
 
-    case = case_of(tmp_path, RUBBED, "adaptivity.mechanics=0.9")
+    case = case_of(
+        tmp_path, RUBBED, "adaptivity.mechanics=0.9", "time.step='0.02 s'", "time.step_max='0.05 s'"
+    )
     with patch.object(NewtonSolver, "solve", seen), patch.object(remesh, "carried", spy):
         result = run.run_case(case, MPI.COMM_SELF, None)
     assert result.converged
