@@ -86,6 +86,14 @@ def parser() -> argparse.ArgumentParser:
         "--variant all runs the case and all its variants, into folders of DIR if given",
     )
     add_study_options(study)
+    _add_what_shows(view, film, report)
+    return top
+
+
+def _add_what_shows(
+    view: argparse.ArgumentParser, film: argparse.ArgumentParser, report: argparse.ArgumentParser
+) -> None:
+    """Options of the commands that show a finished run."""
     view.add_argument("folder", type=Path, metavar="DIR", help="folder of a run")
     view.add_argument(
         "--out", type=Path, metavar="FILE", help="page to write, also where there is a display"
@@ -116,7 +124,6 @@ def parser() -> argparse.ArgumentParser:
         help="folder of a run, or its case file; "
         "or a folder of case files, which are all run and judged in one table",
     )
-    return top
 
 
 def _add_set(verb: argparse.ArgumentParser, text: str) -> None:

@@ -25,8 +25,9 @@ from contactfem.geometry.side_comparison import Facets
 from contactfem.output.folder_lock import locked
 from contactfem.output.recorder import OnStep, Recorder
 from contactfem.results.data import RunResult
+from contactfem.run.loop_parts import newton_solver
 from contactfem.run.result import outcome
-from contactfem.run.time_loop import Loop, newton_solver
+from contactfem.run.time_loop import Loop
 
 
 @dataclass(frozen=True)

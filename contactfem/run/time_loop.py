@@ -13,12 +13,10 @@ from contactfem.adaptivity.decisions import (
     Advance,
     Decision,
     GiveUp,
-    MeshHistory,
     RemeshAndRepeat,
     RepeatStep,
 )
 from contactfem.case.schema import Case
-from contactfem.case.temperature_scale import given_temperature, responds_to_temperature
 from contactfem.case.time_points import stops
 from contactfem.checkpoint.checkpointer import Checkpointer, RunState, Writing
 from contactfem.checkpoint.format import Checkpoint, Progress
@@ -32,31 +30,21 @@ from contactfem.discretisation.state import State, initial_state
 from contactfem.laws.active_set import ActiveSet, Status
 from contactfem.output.recorder import Recorder
 from contactfem.results.data import ErrorStep, MeshErrors, StepReport
+from contactfem.run.loop_parts import (
+    HeatSide,
+    adaptation_of,
+    held_by_contact_alone,
+    newton_solver,
+    nonmortar_temperature,
+    verification_of,
+)
 from contactfem.run.step_control import StepLimits, after_failure, after_success, clipped
 from contactfem.run.verdict import heat_verdict
 from contactfem.solvers.diagnosis import explain
 from contactfem.solvers.newton import NewtonSolver, SolveReport, StepInput
 
 if TYPE_CHECKING:
-    from contactfem.adaptivity.adaptation import Adaptation
-    from contactfem.run.inspection import Verification
-    from contactfem.thermomechanics.staggered import HeatOutcome, HeatStart
-    from contactfem.thermomechanics.thermal_problem import Thermal
-
-
-def newton_solver(
-    case: Case, discretisation: Discretisation, timers: Timers, reuse: bool = True
-) -> NewtonSolver:
-    """Newton's method as a case sets it, with factors that serve on or without."""
-    return NewtonSolver(
-        discretisation.system,
-        discretisation.interfaces,
-        case.solver.tolerance,
-        case.solver.max_iterations,
-        case.solver.petsc,
-        timers,
-        case.solver.reuse and reuse,
-    )
+    from contactfem.thermomechanics.staggered import HeatOutcome
 
 
 class Loop:
@@ -74,30 +62,26 @@ class Loop:
     ) -> None:
         self.case, self.discretisation = case, discretisation
         self.solver, self.recorder, self.keeper = solver, recorder, keeper
-        self.heat = _HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
+        self.heat = HeatSide(case, discretisation.heat, solver) if discretisation.heat else None
         self.timers, self.reusing = timers, solver
         start = resumed or Progress(case.time.step, case.time.step)
         self.dt, self.easy = min(start.dt, case.time.step_max), list(start.easy)
         self.reports, self.reactions = list(start.reports), list(start.reactions)
         self.ramp_end = start.ramp_end
         self.state = initial_state(discretisation, self.ramp_end)
-        self.adaptation = _adaptation(case, discretisation, timers, start.lasting)
+        self.adaptation = adaptation_of(case, discretisation, timers, start.lasting)
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
         self.warnings = list(start.warnings)
+        times = case.time
         self.limits = StepLimits(
-            case.time.end, case.time.step_min, case.time.step_max, case.solver.max_cutbacks
+            times.end, times.step_min, times.step_max, case.solver.max_cutbacks
         )
         self.stops = stops(case)
-        self.alone = self._alone()
+        self.alone = held_by_contact_alone(self.case, self.discretisation)
         self.cautious = start.cautious
-        self.verification = _verification(case, discretisation.heat, self.ramp_end)
+        self.verification = verification_of(case, discretisation.heat, self.ramp_end)
         self.wrong = False
-
-    def _alone(self) -> frozenset[int]:
-        """Interfaces of which only contact holds a body."""
-        names = [interface.name for interface in self.discretisation.interfaces]
-        return frozenset(k for k, name in enumerate(names) if self._alone_holds(name))
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Take the state of a checkpoint; collective."""
@@ -243,7 +227,7 @@ class Loop:
         """Go on with a solver."""
         heat = self.discretisation.heat
         self.solver = solver
-        self.heat = _HeatSide(self.case, heat, solver) if heat else None
+        self.heat = HeatSide(self.case, heat, solver) if heat else None
 
     def _judge(self, heat: HeatOutcome | None, t: float) -> Decision:
         """What becomes of a step that was solved; collective."""
@@ -281,7 +265,7 @@ class Loop:
             if self.case.mechanics and new.system is not old.system:
                 self.reusing = newton_solver(self.case, new, self.timers)
             self._use(self.reusing)
-            self.alone = self._alone()
+            self.alone = held_by_contact_alone(self.case, self.discretisation)
             self.adaptation.remeshed(old, new, self.state.t, time.perf_counter() - begun)
         self.recorder.remeshed(new)
 
@@ -321,12 +305,6 @@ class Loop:
         status = explain(self.discretisation.interfaces, history, held)
         return f"{solved.reason}; {status}" if status else solved.reason
 
-    def _alone_holds(self, name: str) -> bool:
-        """Whether only contact can hold a body of an interface."""
-        sides = self.case.interfaces[name]
-        bodies = {side.partition(".")[0] for side in (sides.nonmortar, sides.mortar)}
-        return not bodies.isdisjoint(self.discretisation.unrestrained)
-
     def _attempt(self, t: float) -> tuple[SolveReport, HeatOutcome | None]:
         """Solve a step to a time [s]; collective."""
         self.wrong = False
@@ -336,7 +314,7 @@ class Loop:
             replace(
                 history,
                 dt=t - self.state.t,
-                temperature=self._temperature(k, t),
+                temperature=nonmortar_temperature(self.case, self.discretisation, k, t),
                 offset=self._offset(k, t),
             )
             for k, history in enumerate(self.state.histories)
@@ -346,11 +324,6 @@ class Loop:
             return self.heat.driver.attempt(step, self.heat.start(self.state))
         assert self.solver is not None
         return self.solver.solve(step), None
-
-    def _temperature(self, k: int, t: float) -> float:
-        """Temperature of the nonmortar body of an interface at a time [K]."""
-        sides = self.case.interfaces[self.discretisation.interfaces[k].name]
-        return given_temperature(self.case, sides.nonmortar.partition(".")[0])(t)
 
     def _offset(self, k: int, t: float) -> float:
         """Interference less clearance of an interface at a time [m]."""
@@ -366,9 +339,8 @@ class Loop:
         if (start := self.state.starts()[k]) is not None:
             return start
         interface = self.discretisation.interfaces[k]
-        operators = interface.contact.operators(
-            interface.nodes.positions(self.state.t, self.ramp_end)
-        )
+        x = interface.nodes.positions(self.state.t, self.ramp_end)
+        operators = interface.contact.operators(x)
         history = replace(self.state.histories[k], offset=self._offset(k, self.state.t))
         gap = interface.contact.gap(operators, history)
         return initial_active_set(operators, gap, k in self.alone, self.cautious)
@@ -428,45 +400,3 @@ class Loop:
         self.reports.append(report)
         self._record(report)
         return report
-
-
-def _verification(case: Case, thermal: Thermal | None, ramp_end: float) -> Verification | None:
-    """What looks at accepted states, only imported where the case does not decline it."""
-    if not case.solver.verify:
-        return None
-    from contactfem.run.inspection import Verification
-
-    return Verification(case, thermal, ramp_end)
-
-
-def _adaptation(
-    case: Case,
-    discretisation: Discretisation,
-    timers: Timers,
-    lasting: tuple[MeshHistory, MeshHistory] | None,
-) -> Adaptation | None:
-    """What judges steps, only imported where the case asks for an error."""
-    if case.adaptivity is None:
-        return None
-    from contactfem.adaptivity.adaptation import Adaptation
-
-    return Adaptation(case, discretisation, timers, lasting)
-
-
-class _HeatSide:
-    """Driver and record of heat; only imported where heat is solved for."""
-
-    def __init__(self, case: Case, thermal: Thermal, solver: NewtonSolver | None) -> None:
-        from contactfem.run.heat_report import HeatRecord
-        from contactfem.thermomechanics.staggered import HeatStart, Passes, Staggered
-
-        assert case.heat is not None
-        respond, given = responds_to_temperature(case), case.heat
-        passes = Passes(given.max_passes, given.tolerance, given.relaxation, respond)
-        self._start = HeatStart
-        self.driver = Staggered(solver, thermal, passes)
-        self.record = HeatRecord(thermal)
-
-    def start(self, state: State) -> HeatStart:
-        """What heat starts a step from."""
-        return self._start(state.t, state.theta, state.thermal_u, state.exchanges, state.rate)

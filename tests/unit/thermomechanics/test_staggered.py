@@ -24,7 +24,8 @@ from contactfem.meshes.block import Block
 from contactfem.meshes.disk import Disk
 from contactfem.output.recorder import Recorder
 from contactfem.run.driver import run_case
-from contactfem.run.time_loop import Loop, newton_solver
+from contactfem.run.loop_parts import newton_solver
+from contactfem.run.time_loop import Loop
 from contactfem.thermomechanics.body_transfer import BodyLink
 from contactfem.thermomechanics.staggered import _Relaxation
 from contactfem.thermomechanics.thermal_problem import Thermal
