@@ -73,10 +73,8 @@ class Loop:
         self.before: State | None = None
         self.pending: tuple[StepReport, State] | None = None
         self.warnings = list(start.warnings)
-        times = case.time
-        self.limits = StepLimits(
-            times.end, times.step_min, times.step_max, case.solver.max_cutbacks
-        )
+        most = case.solver.max_cutbacks
+        self.limits = StepLimits(case.time.end, case.time.step_min, case.time.step_max, most)
         self.stops = stops(case)
         self.alone = held_by_contact_alone(self.case, self.discretisation)
         self.cautious = start.cautious
