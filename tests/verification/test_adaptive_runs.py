@@ -261,13 +261,16 @@ def test_steps_before_a_kink_are_as_long_as_without_it(tmp_path):
 
 @pytest.mark.mpi
 def test_ranks_agree(tmp_path):
-    """The same meshes and decisions; values to 1e-8."""
+    """The same meshes and decisions; values to 1e-8.
+
+    Sizes of cells are rounded to 1e-6, so states are solved for far below that.
+    """
     comm = MPI.COMM_WORLD
     folder = comm.bcast(tmp_path)
     if comm.rank == 0:
         case_of(folder, RUBBED)
     comm.barrier()
-    case = read_case(folder / "case.toml")
+    case = read_case(folder / "case.toml", ["solver.tolerance=1e-13"])
     alone, together = (run.run_case(case, c, None) for c in (MPI.COMM_SELF, comm))
     assert alone.converged and together.converged
     assert any(step.errors.remeshes for step in alone.steps)
