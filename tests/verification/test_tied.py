@@ -172,3 +172,34 @@ def test_rough_contact_never_slips(tmp_path):
 def test_tied_takes_no_laws_of_contact(tmp_path, key):
     with pytest.raises(CaseError, match="does not go with normal"):
         solved(tmp_path, f'normal.law = "tied"\n{key}', UPPER_FIXED)
+
+
+def box(name: str, y: float, nx: int, nz: int, cell: str) -> str:
+    held = "".join(
+        f'[[conditions]]\non = "{name}.{side}"\ndisplacement.{axis} = "0 mm"\n'
+        for side, axis in (("left", "x"), ("right", "x"), ("back", "z"), ("front", "z"))
+    )
+    return (
+        f'[bodies.{name}]\nmaterial = "m"\n[bodies.{name}.mesh]\nbuilder = "box"\n'
+        f'width = "1 mm"\nheight = "1 mm"\ndepth = "1 mm"\ncorner = ["0 mm", "{y} mm", "0 mm"]\n'
+        f'nx = {nx}\nny = 2\nnz = {nz}\ncell = "{cell}"\n{held}'
+    )
+
+
+def test_tied_bodies_in_space_are_one_under_tension(tmp_path):
+    """Tetrahedra on hexahedra pulled by 10 MPa between smooth walls: σ_yy everywhere."""
+    path = tmp_path / "case.toml"
+    path.write_text(
+        'title = "tied"\ndimension = "3d"\nstrain = "small"\n'
+        'time = { end = "1 s", step = "1 s" }\noutput = { figures = false }\n'
+        '[materials.m]\nyoungs_modulus = "1000 MPa"\npoisson_ratio = 0.4\n'
+        + box("lower", 0.0, 3, 3, "hexahedron")
+        + box("upper", 1.0, 5, 4, "tetrahedron")
+        + '[interfaces.joint]\nnonmortar = "lower.top"\nmortar = "upper.bottom"\n'
+        'normal.law = "tied"\n[[conditions]]\non = "lower.bottom"\ndisplacement.y = "0 mm"\n'
+        '[[conditions]]\non = "upper.top"\ntraction.y = "10 MPa"\n'
+    )
+    result = run_case(read_case(path), MPI.COMM_SELF, None)
+    assert result.converged, result.message
+    assert stresses(result)[:, 1] == pytest.approx(1e7, rel=1e-10)
+    assert result.steps[0].forces["joint"][1] == pytest.approx(-10.0, rel=1e-10)
