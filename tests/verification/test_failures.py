@@ -22,7 +22,7 @@ def message(stem: str, *overrides: str, variant: str | None = None) -> str:
 
 
 def test_cells_that_turn_over():
-    """A die pressed 0.4 mm in one step: nodes that changed and where, and the residual before it."""
+    """A die pressed 0.4 mm in one step: nodes that changed, where, and the residual before it."""
     found = message("ironing", "time.step=0.5 s", "solver.max_cutbacks=1")
     assert "no equilibrium found at t = 0.75 s" in found
     assert "a cell was turned inside out (shorter steps" in found
